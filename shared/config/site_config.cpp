@@ -1,0 +1,144 @@
+#include "config/site_config.hpp"
+
+#include <sstream>
+
+#include "config/yaml_reader.hpp"
+
+namespace crane {
+namespace {
+
+void read_dds(YamlReader y, DdsConfig& c) {
+  int transport = c.udp_only ? 1 : 0;
+  y.integer("domain", c.domain, 0, 232);
+  y.choice("transport", {"auto", "udp"}, transport);
+  c.udp_only = transport == 1;
+  y.texts("interfaces", c.interfaces);
+  y.integer("shm_segment_mib", c.shm_segment_mib, 16, 1024);
+  y.integer("udp_buffer_kib", c.udp_buffer_kib, 64, 65'536);
+  y.text("profile_file", c.profile_file);
+  y.text("profile_name", c.profile_name);
+  if (!c.profile_file.empty() && c.profile_name.empty())
+    y.problem("profile_name", "must name a participant profile of profile_file");
+}
+
+void read_stereo(YamlReader y, StereoConfig& c) {
+  int preset = 0;
+  int matcher = 0;
+  y.choice("preset", {"default", "paper"}, preset);
+  c.paper = preset == 1;
+  y.choice("matcher", {"bm", "sgbm"}, matcher);
+  c.matcher = static_cast<StereoConfig::Matcher>(matcher);
+  y.integer("block_px", c.block_px, 5, 21);
+  if (c.block_px % 2 == 0) y.problem("block_px", "must be odd");
+  y.integer("speckle_window_px", c.speckle_window_px, 0, 10'000);
+  y.integer("uniqueness_percent", c.uniqueness_percent, 0, 50);
+  y.integer("left_right_px", c.left_right_px, -1, 16);
+  y.number("nearest_m", c.nearest_m, 0, 200);
+  y.number("farthest_m", c.farthest_m, 0, 200);
+  if (c.nearest_m > 0 && c.farthest_m > 0 && c.nearest_m >= c.farthest_m)
+    y.problem("nearest_m", "must be less than farthest_m");
+  y.number("sigma_disparity_px", c.sigma_disparity_px, 0.01, 10);
+}
+
+void read_mapper(YamlReader y, MapperConfig& c) {
+  int method = 0;
+  y.choice("method", {"default", "paper"}, method);
+  c.method = static_cast<MapperConfig::Method>(method);
+  double voxel = c.voxel_m;
+  y.number("voxel_m", voxel, 0, 2);
+  if (voxel != 0 && voxel < 0.005)
+    y.problem("voxel_m", "must be 0 (automatic) or at least 0.005");
+  else
+    c.voxel_m = voxel;
+  y.number("z_min_m", c.z_min_m, -20, 20);
+  y.number("z_max_m", c.z_max_m, 0, 100);
+  y.integer("max_position_gap_ms", c.max_position_gap_ms, 1, 60'000);
+  y.integer("position_wait_ms", c.position_wait_ms, 0, 60'000);
+  y.integer("cart_latency_ms", c.cart_latency_ms, -1000, 1000);
+  y.integer("trolley_latency_ms", c.trolley_latency_ms, -1000, 1000);
+  y.number("rangefinder_min_m", c.rangefinder_min_m, -1000, 1000);
+  y.number("rangefinder_max_m", c.rangefinder_max_m, -1000, 1000);
+  if (c.rangefinder_min_m >= c.rangefinder_max_m)
+    y.problem("rangefinder_min_m", "must be less than rangefinder_max_m");
+  y.number("publish_hz", c.publish_hz, 0.1, 20);
+  y.number("octree_hz", c.octree_hz, 0.01, 5);
+  y.integer("stale_ms", c.stale_ms, 100, 600'000);
+  y.integer("max_memory_mib", c.max_memory_mib, 64, 1'000'000);
+  y.integer("outlier_neighbours", c.outlier_neighbours, 2, 1000);
+  y.number("outlier_std", c.outlier_std, 0.01, 100);
+  y.number("leaf_m", c.leaf_m, 0.001, 1);
+  y.flag("outliers_first", c.outliers_first);
+}
+
+Result<SiteConfig> read(Result<YamlReader> file) {
+  if (!file) return file.error();
+  SiteConfig config;
+  file->integer("crane", config.crane, 1, 1'000'000);
+  read_dds(file->section("dds"), config.dds);
+  read_stereo(file->section("stereo"), config.stereo);
+  read_mapper(file->section("mapper"), config.mapper);
+  if (auto done = file->finish(); !done) return done.error();
+  return config;
+}
+
+}  // namespace
+
+Result<SiteConfig> read_site_config(const std::string& path) {
+  return read(YamlReader::from_file(path));
+}
+
+Result<SiteConfig> parse_site_config(const std::string& text, const std::string& name) {
+  return read(YamlReader::from_text(text, name));
+}
+
+std::string to_yaml(const SiteConfig& c) {
+  std::ostringstream s;
+  const auto list = [](const std::vector<std::string>& items) {
+    std::string out = "[";
+    for (std::size_t i = 0; i < items.size(); ++i) out += (i > 0 ? ", '" : "'") + items[i] + "'";
+    return out + "]";
+  };
+  s << "crane: " << c.crane << "\n"
+    << "dds:\n"
+    << "  domain: " << c.dds.domain << "\n"
+    << "  transport: " << (c.dds.udp_only ? "udp" : "auto") << "\n"
+    << "  interfaces: " << list(c.dds.interfaces) << "\n"
+    << "  shm_segment_mib: " << c.dds.shm_segment_mib << "\n"
+    << "  udp_buffer_kib: " << c.dds.udp_buffer_kib << "\n";
+  if (!c.dds.profile_file.empty())
+    s << "  profile_file: '" << c.dds.profile_file << "'\n"
+      << "  profile_name: '" << c.dds.profile_name << "'\n";
+  s << "stereo:\n"
+    << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
+    << "  matcher: " << (c.stereo.matcher == StereoConfig::Matcher::kBlock ? "bm" : "sgbm") << "\n"
+    << "  block_px: " << c.stereo.block_px << "\n"
+    << "  speckle_window_px: " << c.stereo.speckle_window_px << "\n"
+    << "  uniqueness_percent: " << c.stereo.uniqueness_percent << "\n"
+    << "  left_right_px: " << c.stereo.left_right_px << "\n"
+    << "  nearest_m: " << c.stereo.nearest_m << "\n"
+    << "  farthest_m: " << c.stereo.farthest_m << "\n"
+    << "  sigma_disparity_px: " << c.stereo.sigma_disparity_px << "\n"
+    << "mapper:\n"
+    << "  method: " << (c.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default")
+    << "\n"
+    << "  voxel_m: " << c.mapper.voxel_m << "\n"
+    << "  z_min_m: " << c.mapper.z_min_m << "\n"
+    << "  z_max_m: " << c.mapper.z_max_m << "\n"
+    << "  max_position_gap_ms: " << c.mapper.max_position_gap_ms << "\n"
+    << "  position_wait_ms: " << c.mapper.position_wait_ms << "\n"
+    << "  cart_latency_ms: " << c.mapper.cart_latency_ms << "\n"
+    << "  trolley_latency_ms: " << c.mapper.trolley_latency_ms << "\n"
+    << "  rangefinder_min_m: " << c.mapper.rangefinder_min_m << "\n"
+    << "  rangefinder_max_m: " << c.mapper.rangefinder_max_m << "\n"
+    << "  publish_hz: " << c.mapper.publish_hz << "\n"
+    << "  octree_hz: " << c.mapper.octree_hz << "\n"
+    << "  stale_ms: " << c.mapper.stale_ms << "\n"
+    << "  max_memory_mib: " << c.mapper.max_memory_mib << "\n"
+    << "  outlier_neighbours: " << c.mapper.outlier_neighbours << "\n"
+    << "  outlier_std: " << c.mapper.outlier_std << "\n"
+    << "  leaf_m: " << c.mapper.leaf_m << "\n"
+    << "  outliers_first: " << (c.mapper.outliers_first ? "true" : "false") << "\n";
+  return s.str();
+}
+
+}  // namespace crane

@@ -1,0 +1,249 @@
+#include "config/yaml_reader.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace crane {
+namespace {
+
+constexpr std::size_t kMaxBytes = 1U << 20U;
+
+std::string number_text(double v) {
+  std::ostringstream s;
+  s << v;
+  return s.str();
+}
+
+}  // namespace
+
+struct YamlReader::Shared {
+  std::string name;
+  std::vector<std::string> problems;
+  struct Checked {
+    YAML::Node node;
+    std::string path;
+    std::shared_ptr<std::set<std::string>> known;
+  };
+  std::vector<Checked> maps;  ///< every map that was read, to find unknown keys
+
+  void add(int line, const std::string& what) {
+    problems.push_back(name + (line >= 0 ? ":" + std::to_string(line + 1) : "") + ": " + what);
+  }
+};
+
+struct YamlReader::Impl {
+  std::shared_ptr<Shared> shared;
+  YAML::Node node;  ///< a map, or undefined
+  std::string path;
+  std::shared_ptr<std::set<std::string>> known = std::make_shared<std::set<std::string>>();
+
+  YAML::Node get(const std::string& key) const {
+    known->insert(key);
+    if (!node.IsDefined() || !node.IsMap()) return YAML::Node(YAML::NodeType::Undefined);
+    return node[key];
+  }
+  std::string full(const std::string& key) const { return path.empty() ? key : path + "." + key; }
+  void missing(const std::string& key) const {
+    shared->add(node.IsDefined() ? node.Mark().line : -1, "'" + full(key) + "' is missing");
+  }
+  template <class T>
+  bool read(const std::string& key, T& out, const char* kind, bool required) const {
+    const YAML::Node value = get(key);
+    if (!value.IsDefined() || value.IsNull()) {
+      if (required) missing(key);
+      return false;
+    }
+    try {
+      out = value.as<T>();
+      return true;
+    } catch (const YAML::Exception&) {
+      shared->add(value.Mark().line, "'" + full(key) + "' is not " + kind);
+      return false;
+    }
+  }
+};
+
+YamlReader::YamlReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+  if (impl_->node.IsDefined() && impl_->node.IsMap())
+    impl_->shared->maps.push_back({impl_->node, impl_->path, impl_->known});
+}
+YamlReader::~YamlReader() = default;
+YamlReader::YamlReader(YamlReader&&) noexcept = default;
+YamlReader& YamlReader::operator=(YamlReader&&) noexcept = default;
+
+Result<YamlReader> YamlReader::from_file(const std::string& path) {
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed))
+    return Error{ErrorCode::kConfiguration, path, "no such file", "check the path"};
+  if (std::filesystem::file_size(path, failed) > kMaxBytes)
+    return Error{ErrorCode::kConfiguration, path, "larger than 1 MiB", "is this the right file?"};
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) return Error{ErrorCode::kConfiguration, path, "cannot be read", "check permissions"};
+  return from_text(text.str(), path);
+}
+
+Result<YamlReader> YamlReader::from_text(const std::string& text, const std::string& name) {
+  auto impl = std::make_unique<Impl>();
+  impl->shared = std::make_shared<Shared>();
+  impl->shared->name = name;
+  // yaml-cpp recurses once per nesting level: an input of brackets only would exhaust the stack.
+  std::size_t depth = 0;
+  std::size_t deepest = 0;
+  for (char c : text) {
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if ((c == ']' || c == '}') && depth > 0) --depth;
+  }
+  if (text.size() > kMaxBytes || deepest > 100)
+    return Error{ErrorCode::kConfiguration, name, "too large or too deeply nested", ""};
+  try {
+    impl->node = YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kConfiguration, name + ":" + std::to_string(e.mark.line + 1), e.msg,
+                 "correct the YAML syntax"};
+  }
+  if (!impl->node.IsMap() && !impl->node.IsNull())
+    return Error{ErrorCode::kConfiguration, name, "is not a map of keys", "write 'key: value' lines"};
+  return YamlReader(std::move(impl));
+}
+
+YamlReader YamlReader::section(const std::string& key, bool required) {
+  auto impl = std::make_unique<Impl>();
+  impl->shared = impl_->shared;
+  impl->path = impl_->full(key);
+  const YAML::Node value = impl_->get(key);
+  if (value.IsDefined() && value.IsMap()) {
+    impl->node = value;
+  } else {
+    impl->node = YAML::Node(YAML::NodeType::Undefined);
+    if (value.IsDefined() && !value.IsNull())
+      impl_->shared->add(value.Mark().line, "'" + impl->path + "' is not a map of keys");
+    else if (required)
+      impl_->missing(key);
+  }
+  return YamlReader(std::move(impl));
+}
+
+std::vector<YamlReader> YamlReader::items(const std::string& key) {
+  std::vector<YamlReader> out;
+  const YAML::Node value = impl_->get(key);
+  if (!value.IsDefined() || value.IsNull()) return out;
+  if (!value.IsSequence()) {
+    impl_->shared->add(value.Mark().line, "'" + impl_->full(key) + "' is not a list");
+    return out;
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    auto impl = std::make_unique<Impl>();
+    impl->shared = impl_->shared;
+    impl->path = impl_->full(key) + "[" + std::to_string(i) + "]";
+    impl->node = value[i];
+    if (!impl->node.IsMap())
+      impl_->shared->add(impl->node.Mark().line, "'" + impl->path + "' is not a map of keys");
+    out.push_back(YamlReader(std::move(impl)));
+  }
+  return out;
+}
+
+bool YamlReader::has(const std::string& key) const {
+  return impl_->node.IsDefined() && impl_->node.IsMap() && impl_->node[key].IsDefined();
+}
+
+void YamlReader::number(const std::string& key, double& out, double min, double max,
+                        bool required) {
+  double value = 0;
+  if (!impl_->read(key, value, "a number", required)) return;
+  if (!(value >= min && value <= max))
+    problem(key, number_text(value) + " is outside " + number_text(min) + " .. " + number_text(max));
+  else
+    out = value;
+}
+
+void YamlReader::integer(const std::string& key, int& out, int min, int max, bool required) {
+  int value = 0;
+  if (!impl_->read(key, value, "a whole number", required)) return;
+  if (value < min || value > max)
+    problem(key, std::to_string(value) + " is outside " + std::to_string(min) + " .. " +
+                     std::to_string(max));
+  else
+    out = value;
+}
+
+void YamlReader::flag(const std::string& key, bool& out) {
+  impl_->read(key, out, "true or false", false);
+}
+
+void YamlReader::text(const std::string& key, std::string& out, bool required) {
+  impl_->read(key, out, "a text", required);
+}
+
+void YamlReader::texts(const std::string& key, std::vector<std::string>& out) {
+  impl_->read(key, out, "a list of texts", false);
+}
+
+void YamlReader::choice(const std::string& key, const std::vector<std::string>& choices, int& out) {
+  std::string value;
+  if (!impl_->read(key, value, "a text", false)) return;
+  std::string all;
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    if (choices[i] == value) {
+      out = static_cast<int>(i);
+      return;
+    }
+    all += (i > 0 ? ", " : "") + choices[i];
+  }
+  problem(key, "'" + value + "' is none of: " + all);
+}
+
+void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::size_t count,
+                         bool required) {
+  std::vector<double> values;
+  if (!impl_->read(key, values, "a list of numbers", required)) return;
+  if (values.size() != count) {
+    problem(key, "has " + std::to_string(values.size()) + " numbers, " + std::to_string(count) +
+                     " are needed");
+    return;
+  }
+  for (double v : values)
+    if (!std::isfinite(v)) {
+      problem(key, "holds a number that is not finite");
+      return;
+    }
+  out = values;
+}
+
+void YamlReader::ignore(const std::string& key) { impl_->known->insert(key); }
+
+void YamlReader::problem(const std::string& key, const std::string& what) {
+  const YAML::Node value = impl_->get(key);
+  impl_->shared->add(value.IsDefined() ? value.Mark().line : -1,
+                     "'" + impl_->full(key) + "' " + what);
+}
+
+Result<void> YamlReader::finish() {
+  Shared& shared = *impl_->shared;
+  for (const auto& [node, path, known] : shared.maps)
+    for (const auto& entry : node) {
+      std::string key;
+      if (entry.first.IsScalar()) key = entry.first.Scalar();
+      if (known->contains(key)) continue;
+      std::string all;
+      for (const std::string& k : *known) all += (all.empty() ? "" : ", ") + k;
+      shared.add(entry.first.Mark().line, "unknown key '" + (path.empty() ? key : path + "." + key) +
+                                              "' (known here: " + all + ")");
+    }
+  shared.maps.clear();
+  if (shared.problems.empty()) return {};
+  std::string all;
+  for (const std::string& p : shared.problems) all += "\n  " + p;
+  return Error{ErrorCode::kConfiguration, shared.name,
+               std::to_string(shared.problems.size()) + " problem(s):" + all,
+               "correct them and start again; nothing was changed"};
+}
+
+}  // namespace crane

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "base/wakeup.hpp"
+#include "dds/participant.hpp"
+#include "dds/topics.hpp"
+
+namespace crane::dds {
+
+/// A received, validated sample, possibly still in the writer's memory. Given back when destroyed.
+template <class Type>
+class Received {
+ public:
+  struct State;
+  explicit Received(std::unique_ptr<State> state);
+  ~Received();
+  Received(Received&&) noexcept;
+  Received& operator=(Received&&) noexcept;
+
+  const Type& operator*() const;
+  const Type* operator->() const { return &**this; }
+  /// False when the writer has meanwhile written over a zero-copy sample. Ask *after* use, and
+  /// throw away what was made of it.
+  [[nodiscard]] bool intact() const;
+  /// When write() was called, system clock of the writer.
+  [[nodiscard]] TimeNs source_time_ns() const;
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+/// Counts since the reader was made.
+struct ReaderCounts {
+  std::uint64_t received = 0;   ///< samples handed out
+  std::uint64_t invalid = 0;    ///< samples refused by validation
+  std::uint64_t lost = 0;       ///< told lost or rejected by Fast DDS
+  std::uint64_t late = 0;       ///< deadlines missed
+  int matched = 0;              ///< writers now
+};
+
+/// Typed reader. take() from one thread; DDS callbacks only notify `wakeup`.
+template <class Topic>
+class Reader {
+ public:
+  using Type = typename Topic::Type;
+  struct Impl;
+
+  static Result<Reader> create(const std::shared_ptr<Participant>& participant, Wakeup* wakeup);
+  ~Reader();
+  Reader(Reader&&) noexcept;
+
+  /// Next sample in order of arrival, or nothing. Samples that break their contract are counted,
+  /// logged and skipped.
+  std::unique_ptr<Received<Type>> take();
+  [[nodiscard]] ReaderCounts counts() const;
+
+ private:
+  explicit Reader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Typed writer. One thread.
+template <class Topic>
+class Writer {
+ public:
+  using Type = typename Topic::Type;
+  struct Impl;
+
+  static Result<Writer> create(const std::shared_ptr<Participant>& participant);
+  ~Writer();
+  Writer(Writer&&) noexcept;
+
+  /// Copies the sample into the history. Error: Resource when Fast DDS refuses it.
+  Result<void> write(const Type& sample);
+  /// Memory of the history to fill in place; nullptr while all of it is lent out. For zero-copy
+  /// topics. Hand it to publish() or discard().
+  Type* loan();
+  Result<void> publish(Type* loaned);
+  void discard(Type* loaned);
+  /// Ends the instance of `sample`'s key.
+  Result<void> dispose(const Type& sample);
+  /// Waits until every matched reader has all; false on time-out.
+  bool wait_for_readers(std::chrono::milliseconds limit);
+  [[nodiscard]] int matched() const;
+
+ private:
+  explicit Writer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crane::dds

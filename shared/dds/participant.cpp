@@ -1,0 +1,139 @@
+#include "dds/participant.hpp"
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "base/log.hpp"
+#include "dds/participant_impl.hpp"
+
+namespace crane::dds {
+namespace {
+
+namespace fdds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
+
+/// What this host's processes need in /dev/shm beside the transport segment: five frames and five
+/// clouds of full size in data-sharing pools.
+constexpr std::uint64_t kZeroCopyBytes = 68U << 20U;
+
+/// Transport and discovery that lose nothing; measured, see docs/decisions/0003-transport.md.
+void set_transport(fdds::DomainParticipantQos& qos, const Settings& settings) {
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = settings.udp_buffer_bytes;
+  udp->receiveBufferSize = settings.udp_buffer_bytes;
+  udp->interfaceWhiteList = settings.interfaces;
+  qos.transport().user_transports.push_back(udp);
+  if (settings.transport == Transport::kAuto) {
+    auto shm = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    shm->segment_size(settings.shm_segment_bytes);
+    shm->port_queue_capacity(1024);
+    shm->healthy_check_timeout_ms(150);
+    qos.transport().user_transports.push_back(shm);
+  }
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.discovery_config.leaseDuration = Duration_t(5.0);
+  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0.5);
+  builtin.discovery_config.initial_announcements.count = 20;
+  builtin.discovery_config.initial_announcements.period = Duration_t(0.1);
+  rtps::Locator_t unicast;
+  unicast.kind = LOCATOR_KIND_UDPv4;
+  builtin.metatrafficUnicastLocatorList.push_back(unicast);
+  rtps::Locator_t multicast;
+  multicast.kind = LOCATOR_KIND_UDPv4;
+  rtps::IPLocator::setIPv4(multicast, "239.255.0.1");
+  builtin.metatrafficMulticastLocatorList.push_back(multicast);
+}
+
+Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& qos) {
+  auto* factory = fdds::DomainParticipantFactory::get_instance();
+  if (!std::filesystem::exists(settings.profile_file))
+    return Error{ErrorCode::kConfiguration, settings.profile_file, "no such DDS profile file",
+                 "give dds.profile_file a path that exists"};
+  if (factory->load_XML_profiles_file(settings.profile_file) !=
+      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    return Error{ErrorCode::kConfiguration, settings.profile_file, "Fast DDS does not accept it",
+                 "check it against the Fast DDS XML schema"};
+  if (factory->get_participant_qos_from_profile(settings.profile_name, qos) !=
+      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
+    return Error{ErrorCode::kConfiguration, settings.profile_file,
+                 "has no participant profile named '" + settings.profile_name + "'",
+                 "set dds.profile_name"};
+  return {};
+}
+
+}  // namespace
+
+Participant::Participant(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Result<std::shared_ptr<Participant>> Participant::create(const Settings& settings,
+                                                         const std::string& name) {
+  if (settings.domain > 232)
+    return Error{ErrorCode::kConfiguration, "dds.domain",
+                 std::to_string(settings.domain) + " is outside 0..232", "choose a smaller domain"};
+  fdds::Log::SetVerbosity(fdds::Log::Kind::Warning);
+  auto impl = std::make_unique<Impl>();
+  impl->settings = settings;
+  impl->zero_copy = settings.transport == Transport::kAuto;
+
+  fdds::DomainParticipantQos qos;
+  if (!settings.profile_file.empty()) {
+    if (auto loaded = load_profile(settings, qos); !loaded) return loaded.error();
+  } else {
+    set_transport(qos, settings);
+    if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
+      log_warning(buffers.error().text());
+  }
+  if (impl->zero_copy) {
+    const auto removed = remove_stale_segments();
+    if (removed > 0)
+      log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
+    if (auto room = check_shared_memory(settings.shm_segment_bytes + kZeroCopyBytes); !room)
+      return room.error();
+  }
+  qos.name(name);
+
+  auto* factory = fdds::DomainParticipantFactory::get_instance();
+  impl->participant = factory->create_participant(settings.domain, qos);
+  if (impl->participant == nullptr)
+    return Error{ErrorCode::kResource, "DDS domain " + std::to_string(settings.domain),
+                 "Fast DDS could not join: no free UDP port, no such interface, or no socket",
+                 "stop other participants of the domain or choose another dds.domain; "
+                 "check dds.interfaces against 'ip address'"};
+  std::ostringstream prefix;
+  for (unsigned char byte : impl->participant->guid().guidPrefix.value) {
+    char hex[3];
+    std::snprintf(hex, sizeof hex, "%02x", byte);
+    prefix << hex;
+  }
+  if (impl->zero_copy) impl->lock = SegmentLock(prefix.str());
+
+  const std::string partition = "crane_" + std::to_string(settings.crane);
+  fdds::PublisherQos publisher_qos;
+  publisher_qos.partition().push_back(partition.c_str());
+  impl->publisher = impl->participant->create_publisher(publisher_qos);
+  fdds::SubscriberQos subscriber_qos;
+  subscriber_qos.partition().push_back(partition.c_str());
+  impl->subscriber = impl->participant->create_subscriber(subscriber_qos);
+  if (impl->publisher == nullptr || impl->subscriber == nullptr)
+    return Error{ErrorCode::kResource, "DDS", "no publisher or subscriber could be made", ""};
+  return std::shared_ptr<Participant>(new Participant(std::move(impl)));
+}
+
+Participant::~Participant() {
+  if (impl_->participant == nullptr) return;
+  impl_->participant->delete_contained_entities();
+  fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
+}
+
+const Settings& Participant::settings() const { return impl_->settings; }
+
+}  // namespace crane::dds

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.hpp"
+#include "dds/settings.hpp"
+
+namespace crane::dds {
+
+/// One process on the DDS network. Outlives its readers and writers.
+class Participant {
+ public:
+  /// Clears what dead processes left in shared memory, checks what the transport needs, joins.
+  /// Error: Configuration (settings, profile file) or Resource (/dev/shm, buffers, ports),
+  /// with what to do.
+  static Result<std::shared_ptr<Participant>> create(const Settings& settings,
+                                                     const std::string& name);
+  ~Participant();
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+
+  [[nodiscard]] const Settings& settings() const;
+
+  struct Impl;
+  [[nodiscard]] Impl& impl() const { return *impl_; }
+
+ private:
+  explicit Participant(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crane::dds

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "dds/participant.hpp"
+#include "dds/shared_memory.hpp"
+
+namespace crane::dds {
+
+struct Participant::Impl {
+  Settings settings;
+  bool zero_copy = true;  ///< data-sharing may be used
+  eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
+  std::mutex mutex;
+  std::map<std::string, eprosima::fastdds::dds::Topic*> topics;
+  SegmentLock lock;
+};
+
+}  // namespace crane::dds

@@ -1,0 +1,102 @@
+#include "dds/validate.hpp"
+
+#include <cmath>
+#include <initializer_list>
+
+#include "bounds.h"
+
+namespace crane::dds {
+namespace {
+
+bool finite(std::initializer_list<double> values) {
+  for (double v : values)
+    if (!std::isfinite(v)) return false;
+  return true;
+}
+
+bool image_fits(std::uint32_t width, std::uint32_t height) {
+  return width > 0 && height > 0 && width <= 65'535 && height <= 65'535 &&
+         std::uint64_t(width) * height <= v1::MAX_PIXELS;
+}
+
+bool status_known(std::uint32_t status) { return status <= v1::STATUS_FAILED; }
+
+template <class Tile>
+const char* tile_flaw(const Tile& t) {
+  if (t.time_ns() < 0) return "negative time";
+  if (!(t.voxel_m() >= 1e-3 && t.voxel_m() <= 10)) return "voxel size out of range";
+  if (t.encoding() != 1) return "unknown encoding";
+  if (t.payload().empty()) return "empty payload";
+  return nullptr;
+}
+
+}  // namespace
+
+const char* flaw(const v1::StereoFrame& s) {
+  if (s.encoding() != v1::ENCODING_MONO8 && s.encoding() != v1::ENCODING_BGR8)
+    return "unknown image encoding";
+  if (!image_fits(s.width(), s.height())) return "image size out of bounds";
+  if (s.exposure_time_ns() <= 0) return "no exposure time";
+  return nullptr;
+}
+
+const char* flaw(const v1::RangefinderPosition& s) {
+  if (s.axis() != v1::AXIS_CART && s.axis() != v1::AXIS_TROLLEY) return "unknown axis";
+  if (s.time_ns() <= 0) return "no measurement time";
+  if (!finite({s.distance_m(), s.accuracy_m()})) return "distance or accuracy is not finite";
+  if (!status_known(s.device_status())) return "unknown device status";
+  return nullptr;
+}
+
+const char* flaw(const v1::HoistState& s) {
+  if (s.time_ns() <= 0) return "no measurement time";
+  if (!finite({s.hook_height_m(), s.load_size_x_m(), s.load_size_y_m(), s.load_size_z_m(),
+               s.load_yaw_rad(), s.sway_x_m(), s.sway_y_m()}))
+    return "a length or angle is not finite";
+  if (s.load_size_x_m() < 0 || s.load_size_y_m() < 0 || s.load_size_z_m() < 0)
+    return "negative load size";
+  if (!status_known(s.status())) return "unknown status";
+  return nullptr;
+}
+
+const char* flaw(const v1::PartialCloud& s) {
+  if (s.has_colour() > 1) return "has_colour is neither 0 nor 1";
+  if (!image_fits(s.width(), s.height())) return "cloud size out of bounds";
+  if (s.exposure_time_ns() <= 0) return "no exposure time";
+  if (!finite({s.f_px(), s.cx_px(), s.cy_px(), s.baseline_m(), s.sigma_disparity_px()}))
+    return "camera model is not finite";
+  if (s.f_px() <= 1 || s.baseline_m() <= 0 || s.sigma_disparity_px() <= 0)
+    return "camera model is not positive";
+  for (double r : s.rotation())
+    if (!(std::abs(r) <= 1.000001)) return "rotation is not a rotation";
+  return nullptr;
+}
+
+const char* flaw(const v1::MapTile& s) { return tile_flaw(s); }
+const char* flaw(const v1::HeightTile& s) { return tile_flaw(s); }
+
+const char* flaw(const v1::OctreeMap& s) {
+  if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
+  if (s.encoding() != 1) return "unknown encoding";
+  if (s.payload().empty()) return "empty payload";
+  return nullptr;
+}
+
+const char* flaw(const v1::MapStatus& s) {
+  if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
+  if (!status_known(s.validity())) return "unknown validity";
+  if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
+  if (s.reason().size() > 255) return "reason is too long";
+  return nullptr;
+}
+
+const char* flaw(const v1::ServiceStatus& s) {
+  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_MAPPER) return "unknown service";
+  if (!status_known(s.status())) return "unknown status";
+  if (s.finished() > 1) return "finished is neither 0 nor 1";
+  if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES)
+    return "too many entries";
+  return nullptr;
+}
+
+}  // namespace crane::dds

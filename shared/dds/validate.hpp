@@ -1,0 +1,21 @@
+#pragma once
+
+#include "dds/topics.hpp"
+
+namespace crane::dds {
+
+// What must hold before a received sample is used: nullptr, or what is wrong with it.
+// Everything from the network is hostile until it passed here. Payload checksums and encodings
+// are the decoders' work (map_codec).
+
+const char* flaw(const v1::StereoFrame& sample);
+const char* flaw(const v1::RangefinderPosition& sample);
+const char* flaw(const v1::HoistState& sample);
+const char* flaw(const v1::PartialCloud& sample);
+const char* flaw(const v1::MapTile& sample);
+const char* flaw(const v1::HeightTile& sample);
+const char* flaw(const v1::OctreeMap& sample);
+const char* flaw(const v1::MapStatus& sample);
+const char* flaw(const v1::ServiceStatus& sample);
+
+}  // namespace crane::dds

@@ -1,0 +1,135 @@
+#include "map_codec/tile_codec.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace crane {
+namespace {
+
+constexpr std::uint32_t kTileMagic = 0x31564D43;    // "CMV1"
+constexpr std::uint32_t kHeightMagic = 0x31484D43;  // "CMH1"
+constexpr std::size_t kMaxBlocks = 64;              // 2048 voxels of height
+constexpr std::size_t kBlockBytes = 4 + kBlockVoxels / 4;
+constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4);
+constexpr int kLevel = 1;
+constexpr double kUnit = 1e-4;  // 0.1 mm
+
+void put(Bytes& out, std::uint64_t value, int bytes) {
+  for (int i = 0; i < bytes; ++i) out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+}
+
+std::uint64_t get(std::span<const std::uint8_t> in, std::size_t at, int bytes) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < bytes; ++i) value |= std::uint64_t(in[at + static_cast<std::size_t>(i)]) << (8 * i);
+  return value;
+}
+
+Error damaged(const char* what) { return {ErrorCode::kBadData, "tile", what, ""}; }
+
+bool has_content(const Block& block) {
+  return std::any_of(block.log_odds.begin(), block.log_odds.end(), [](auto v) { return v != 0; });
+}
+
+}  // namespace
+
+Occupancy DecodedTile::at(int x, int y, int z) const {
+  const auto it = blocks.find(tile_of(z));
+  if (it == blocks.end()) return Occupancy::kUnknown;
+  const auto i = static_cast<std::size_t>((in_tile(z) * kTileEdge + y) * kTileEdge + x);
+  return static_cast<Occupancy>(it->second[i / 4] >> (2 * (i % 4)) & 3U);
+}
+
+Bytes encode_tile(const Tile& tile) {
+  Bytes raw;
+  put(raw, kTileMagic, 4);
+  put(raw, 0, 4);
+  std::uint32_t count = 0;
+  for (const auto& [bz, block] : tile.blocks) {
+    if (!has_content(*block) || count == kMaxBlocks) continue;
+    ++count;
+    put(raw, static_cast<std::uint32_t>(bz), 4);
+    const std::size_t start = raw.size();
+    raw.resize(start + kBlockVoxels / 4);
+    for (std::size_t i = 0; i < kBlockVoxels; i += 4) {
+      unsigned byte = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const int v = block->log_odds[i + k];
+        byte |= (v > 0 ? 2U : v < 0 ? 1U : 0U) << (2 * k);
+      }
+      raw[start + i / 4] = static_cast<std::uint8_t>(byte);
+    }
+  }
+  raw[4] = static_cast<std::uint8_t>(count);
+  return compress(raw, kLevel);
+}
+
+Result<DecodedTile> decode_tile(std::span<const std::uint8_t> payload) {
+  auto raw = decompress(payload, 8 + kMaxBlocks * kBlockBytes);
+  if (!raw) return raw.error();
+  if (raw->size() < 8 || get(*raw, 0, 4) != kTileMagic) return damaged("is no voxel tile");
+  const std::size_t count = get(*raw, 4, 4);
+  if (count > kMaxBlocks || raw->size() != 8 + count * kBlockBytes)
+    return damaged("has another size than its header says");
+  DecodedTile tile;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = 8 + i * kBlockBytes;
+    const auto bz = static_cast<std::int32_t>(get(*raw, at, 4));
+    if (bz < -1024 || bz >= 1024 || tile.blocks.contains(bz))
+      return damaged("has a block out of range or twice");
+    BlockClasses& classes = tile.blocks[bz];
+    std::memcpy(classes.data(), raw->data() + at + 4, classes.size());
+    for (std::uint8_t byte : classes)
+      if ((byte & byte >> 1U & 0x55U) != 0) return damaged("has a voxel of unknown class");
+  }
+  return tile;
+}
+
+Bytes encode_heights(const TileHeights& heights) {
+  Bytes raw;
+  raw.reserve(kHeightBytes);
+  put(raw, kHeightMagic, 4);
+  const auto unit = [](double metres, double low, double high) {
+    return static_cast<std::int64_t>(std::lround(std::clamp(metres / kUnit, low, high)));
+  };
+  for (const ColumnHeight& c : heights)
+    put(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.height_m, -2e9, 2e9)), 4);
+  for (const ColumnHeight& c : heights)
+    put(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.spread_m, 0, 65'535)), 2);
+  for (const ColumnHeight& c : heights) put(raw, std::uint64_t(c.state), 1);
+  for (const ColumnHeight& c : heights) put(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
+  return compress(raw, kLevel);
+}
+
+Result<TileHeights> decode_heights(std::span<const std::uint8_t> payload) {
+  auto raw = decompress(payload, kHeightBytes);
+  if (!raw) return raw.error();
+  if (raw->size() != kHeightBytes || get(*raw, 0, 4) != kHeightMagic)
+    return damaged("is no height tile");
+  TileHeights out;
+  const std::size_t n = kTileColumns;
+  for (std::size_t i = 0; i < n; ++i) {
+    ColumnHeight& c = out[i];
+    c.height_m = kUnit * static_cast<std::int32_t>(get(*raw, 4 + 4 * i, 4));
+    c.spread_m = kUnit * double(get(*raw, 4 + 4 * n + 2 * i, 2));
+    const std::uint64_t state = get(*raw, 4 + 6 * n + i, 1);
+    if (state > 2) return damaged("has a column of unknown state");
+    c.state = static_cast<ColumnState>(state);
+    c.last_observed = static_cast<TimeNs>(get(*raw, 4 + 7 * n + 4 * i, 4)) * kNsPerSecond;
+  }
+  return out;
+}
+
+std::uint64_t tile_digest(TileKey key, std::uint32_t crc) {
+  // splitmix64 over the three values
+  std::uint64_t h = std::uint64_t(std::uint32_t(key.x)) << 32U | std::uint32_t(key.y);
+  for (std::uint64_t add : {std::uint64_t{0x9E3779B97F4A7C15ULL}, std::uint64_t{crc}}) {
+    h += add;
+    h = (h ^ (h >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    h = (h ^ (h >> 27U)) * 0x94D049BB133111EBULL;
+    h ^= h >> 31U;
+  }
+  return h;
+}
+
+}  // namespace crane

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace crane {
+
+/// Heights on a regular grid of columns (x) and rows (y); row 0 has the lowest y.
+struct HeightMap {
+  double cell_m = 0;
+  double origin_x_m = 0, origin_y_m = 0;  ///< corner of cell (0, 0)
+  std::uint32_t columns = 0, rows = 0;
+  static constexpr std::uint16_t kNeverSeen = 65'535;
+  std::vector<std::uint16_t> height_mm;  ///< above the floor; row by row
+};
+
+/// An occupied cube of a map; `size_m` is a multiple of the voxel size.
+struct OccupiedCube {
+  double x_m = 0, y_m = 0, z_m = 0, size_m = 0;  ///< centre and edge
+};
+
+/// Shares are of the columns named; heights in metres. See "Judging a map" in the README of mapping.
+struct Judgement {
+  double voxel_m = 0;
+  std::size_t occupied = 0, columns = 0, obstacle_columns = 0;
+  double coverage = 0;           ///< columns with anything mapped, of those with truth
+  double unsafe = 0;             ///< obstacle columns mapped lower than true
+  double missed = 0;             ///< obstacle columns mapped as floor
+  double unmapped_obstacle = 0;  ///< obstacle columns with nothing near
+  double phantom = 0;            ///< mapped columns higher than anything true nearby
+  double error_median_m = 0, error_p95_m = 0;  ///< of level columns; -1 = none
+};
+
+/// Compares an occupancy map with the true heights, per column of the voxel size, with a tolerance
+/// of 1.5 voxels + 2 % of the height and one column sideways.
+Judgement judge(const std::vector<OccupiedCube>& occupied, double voxel_m, const HeightMap& truth);
+
+}  // namespace crane

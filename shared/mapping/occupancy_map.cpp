@@ -1,0 +1,103 @@
+#include "mapping/occupancy_map.hpp"
+
+#include <algorithm>
+
+namespace crane {
+
+Tile& OccupancyMap::tile(TileKey key) {
+  std::unique_ptr<Tile>& slot = tiles_[key];
+  if (!slot) {
+    slot = std::make_unique<Tile>();
+    slot->key = key;
+    bytes_ += sizeof(Tile);
+  }
+  return *slot;
+}
+
+const Tile* OccupancyMap::find(TileKey key) const {
+  const auto it = tiles_.find(key);
+  return it == tiles_.end() ? nullptr : it->second.get();
+}
+
+Block* OccupancyMap::block(Tile& tile, int block_z) {
+  const auto it = tile.blocks.find(block_z);
+  if (it != tile.blocks.end()) return it->second.get();
+  if (bytes_ + sizeof(Block) > max_bytes_) {
+    ++refused_;
+    return nullptr;
+  }
+  bytes_ += sizeof(Block);
+  return (tile.blocks[block_z] = std::make_unique<Block>()).get();
+}
+
+Occupancy OccupancyMap::at(int x, int y, int z) const {
+  const Tile* t = find({tile_of(x), tile_of(y)});
+  if (t == nullptr) return Occupancy::kUnknown;
+  const auto it = t->blocks.find(tile_of(z));
+  if (it == t->blocks.end()) return Occupancy::kUnknown;
+  return it->second->at((in_tile(z) * kTileEdge + in_tile(y)) * kTileEdge + in_tile(x));
+}
+
+std::vector<const Tile*> OccupancyMap::tiles() const {
+  std::vector<const Tile*> out;
+  out.reserve(tiles_.size());
+  for (const auto& [key, tile] : tiles_) out.push_back(tile.get());
+  std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->key < b->key; });
+  return out;
+}
+
+std::vector<Tile*> OccupancyMap::changed_tiles() {
+  std::vector<Tile*> out;
+  for (const auto& [key, tile] : tiles_)
+    if (tile->changed) out.push_back(tile.get());
+  std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->key < b->key; });
+  return out;
+}
+
+void OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,
+                                   std::uint8_t r, std::uint8_t g, std::uint8_t b) {
+  auto& layer = block.surface[static_cast<std::size_t>(index / kTileColumns)];
+  if (!layer) {
+    layer = std::make_unique<std::array<Surface, kTileColumns>>();
+    bytes_ += sizeof *layer;
+  }
+  Surface& s = (*layer)[static_cast<std::size_t>(index % kTileColumns)];
+  const double offset = std::clamp((height_m - centre(voxel_z)) / (0.5 * voxel_m_), -1.0, 1.0);
+  // A running mean over at most 32 observations: older ones fade.
+  const int n = std::min<int>(s.weight, 31);
+  const auto blend = [n](double old, double now) { return (old * n + now) / (n + 1); };
+  s.offset = static_cast<std::int8_t>(std::lround(blend(s.offset, 127 * offset)));
+  s.r = static_cast<std::uint8_t>(std::lround(blend(s.r, r)));
+  s.g = static_cast<std::uint8_t>(std::lround(blend(s.g, g)));
+  s.b = static_cast<std::uint8_t>(std::lround(blend(s.b, b)));
+  s.weight = static_cast<std::uint8_t>(n + 1);
+}
+
+double OccupancyMap::surface_height_m(const Block& block, int index, int voxel_z) const {
+  const auto& layer = block.surface[static_cast<std::size_t>(index / kTileColumns)];
+  if (!layer) return centre(voxel_z);
+  const Surface& s = (*layer)[static_cast<std::size_t>(index % kTileColumns)];
+  return centre(voxel_z) + 0.5 * voxel_m_ * s.offset / 127.0;
+}
+
+PointCloud OccupancyMap::occupied_points() const {
+  PointCloud cloud;
+  for (const Tile* tile : tiles())
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i) {
+        if (block->at(i) != Occupancy::kOccupied) continue;
+        const int x = tile->key.x * kTileEdge + i % kTileEdge;
+        const int y = tile->key.y * kTileEdge + i / kTileEdge % kTileEdge;
+        const int z = bz * kTileEdge + i / kTileColumns;
+        Point p{float(centre(x)), float(centre(y)), float(surface_height_m(*block, i, z)),
+                128, 128, 128};
+        if (const auto& layer = block->surface[static_cast<std::size_t>(i / kTileColumns)]) {
+          const Surface& s = (*layer)[static_cast<std::size_t>(i % kTileColumns)];
+          if (s.weight > 0) p.r = s.r, p.g = s.g, p.b = s.b;
+        }
+        cloud.push_back(p);
+      }
+  return cloud;
+}
+
+}  // namespace crane

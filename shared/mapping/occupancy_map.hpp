@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "cloud/point_cloud.hpp"
+
+namespace crane {
+
+/// Edge of tiles (columns) and blocks (voxels).
+inline constexpr int kTileEdge = 32;
+inline constexpr int kTileColumns = kTileEdge * kTileEdge;
+inline constexpr int kBlockVoxels = kTileColumns * kTileEdge;
+
+/// Log-odds in 1/32: OctoMap's defaults (hit 0.85, miss -0.4, limits -2 and 3.5).
+inline constexpr int kHit = 27, kMiss = -13, kLogOddsMin = -64, kLogOddsMax = 112;
+
+enum class Occupancy : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
+
+/// What is known of the surface inside an occupied voxel.
+struct Surface {
+  std::int8_t offset = 0;   ///< mean height of the points, 1/127 of half a voxel from its centre
+  std::uint8_t weight = 0;  ///< observations, saturating
+  std::uint8_t r = 0, g = 0, b = 0;
+};
+
+/// 32 x 32 x 32 voxels. Log-odds 0 is unknown: nothing was ever measured there.
+struct Block {
+  std::array<std::int8_t, kBlockVoxels> log_odds{};  ///< index (z * 32 + y) * 32 + x
+  std::array<std::unique_ptr<std::array<Surface, kTileColumns>>, kTileEdge> surface;  ///< per layer
+
+  [[nodiscard]] Occupancy at(int index) const {
+    const int v = log_odds[static_cast<std::size_t>(index)];
+    return v > 0 ? Occupancy::kOccupied : v < 0 ? Occupancy::kFree : Occupancy::kUnknown;
+  }
+};
+
+struct TileKey {
+  std::int32_t x = 0, y = 0;
+  auto operator<=>(const TileKey&) const = default;
+};
+
+struct TileKeyHash {
+  std::size_t operator()(const TileKey& k) const {
+    return (std::uint64_t(std::uint32_t(k.x)) << 32U | std::uint32_t(k.y)) * 0x9E3779B97F4A7C15ULL;
+  }
+};
+
+/// A column of blocks over 32 x 32 map columns.
+struct Tile {
+  TileKey key;
+  std::map<int, std::unique_ptr<Block>> blocks;            ///< by block height index
+  std::array<TimeNs, kTileColumns> last_observed{};        ///< 0 = never; index y * 32 + x
+  bool changed = false;                                    ///< since the flag was last cleared
+};
+
+/// Occupancy in XY tiles. What it costs to change depends on what is seen, not on its size.
+/// Voxel (i, j, k) covers [i, i+1) * voxel_m in x and so on. Not thread-safe.
+class OccupancyMap {
+ public:
+  OccupancyMap(double voxel_m, std::size_t max_bytes) : voxel_m_(voxel_m), max_bytes_(max_bytes) {}
+
+  [[nodiscard]] double voxel_m() const { return voxel_m_; }
+  [[nodiscard]] int index(double metres) const {
+    return static_cast<int>(std::floor(metres / voxel_m_));
+  }
+  [[nodiscard]] double centre(int index) const { return (index + 0.5) * voxel_m_; }
+
+  /// The tile, made when absent.
+  Tile& tile(TileKey key);
+  [[nodiscard]] const Tile* find(TileKey key) const;
+  /// The block, made when absent; nullptr when the memory limit is reached.
+  Block* block(Tile& tile, int block_z);
+
+  [[nodiscard]] Occupancy at(int x, int y, int z) const;
+
+  /// Tiles in key order, so that whatever is made of the map is reproducible.
+  [[nodiscard]] std::vector<const Tile*> tiles() const;
+  [[nodiscard]] std::vector<Tile*> changed_tiles();
+
+  [[nodiscard]] std::size_t memory_bytes() const { return bytes_; }
+  /// Voxels that could not be stored because of the memory limit.
+  [[nodiscard]] std::uint64_t refused_blocks() const { return refused_; }
+
+  /// Adds to a voxel's log-odds within the limits; a measured voxel never becomes 0 again.
+  static void update(std::int8_t& log_odds, int by) {
+    int v = log_odds + by;
+    v = v < kLogOddsMin ? kLogOddsMin : v > kLogOddsMax ? kLogOddsMax : v;
+    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
+  }
+  /// Merges one frame's mean height (map z) and colour into the surface of a voxel.
+  void observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
+                       std::uint8_t g, std::uint8_t b);
+  /// Height of the surface in an occupied voxel [m].
+  [[nodiscard]] double surface_height_m(const Block& block, int index, int voxel_z) const;
+
+  /// Centre (with sub-voxel height) and colour of every occupied voxel.
+  [[nodiscard]] PointCloud occupied_points() const;
+
+ private:
+  double voxel_m_;
+  std::size_t max_bytes_;
+  std::size_t bytes_ = 0;
+  std::uint64_t refused_ = 0;
+  std::unordered_map<TileKey, std::unique_ptr<Tile>, TileKeyHash> tiles_;
+};
+
+/// Floor division and remainder for voxel to tile indices.
+constexpr int tile_of(int voxel) { return voxel >> 5; }
+constexpr int in_tile(int voxel) { return voxel & 31; }
+
+}  // namespace crane

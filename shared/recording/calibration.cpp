@@ -1,0 +1,134 @@
+#include "recording/calibration.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "config/yaml_reader.hpp"
+
+namespace crane {
+namespace {
+
+/// 4 x 4 row by row under `key: {data: [...]}`.
+void read_transform(YamlReader& y, const std::string& key, Eigen::Isometry3d& out) {
+  YamlReader t = y.section(key, true);
+  std::vector<double> m;
+  t.ignore("rows");
+  t.ignore("cols");
+  t.numbers("data", m, 16, true);
+  if (m.empty()) return;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) out.matrix()(r, c) = m[static_cast<std::size_t>(r * 4 + c)];
+  if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+    t.problem("data", "does not end with the row 0, 0, 0, 1");
+}
+
+Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Isometry3d& T_BS) {
+  auto file = YamlReader::from_file(path);
+  if (!file) return file.error();
+  YamlReader& y = *file;
+  for (const char* key : {"comment", "rate_hz"}) y.ignore(key);
+  std::string type = "camera";
+  std::string model = "pinhole";
+  std::string distortion = "radial-tangential";
+  y.text("sensor_type", type);
+  if (type != "camera") y.problem("sensor_type", "is not 'camera'");
+  y.text("camera_model", model);
+  if (model != "pinhole") y.problem("camera_model", "is not 'pinhole'");
+  y.text("distortion_model", distortion);
+  if (distortion != "radial-tangential" && distortion != "plumb_bob")
+    y.problem("distortion_model", "is not 'radial-tangential'");
+  std::vector<double> size;
+  std::vector<double> k;
+  std::vector<double> d = {0, 0, 0, 0};
+  y.numbers("resolution", size, 2, true);
+  y.numbers("intrinsics", k, 4, true);
+  y.numbers("distortion_coefficients", d, 4);
+  read_transform(y, "T_BS", T_BS);
+  if (!size.empty() && (size[0] < 16 || size[0] > 65'535 || size[1] < 16 || size[1] > 65'535))
+    y.problem("resolution", "is not a size in pixels");
+  if (auto done = y.finish(); !done) return done.error();
+  camera = {static_cast<std::uint32_t>(size[0]), static_cast<std::uint32_t>(size[1]),
+            k[0], k[1], k[2], k[3], d[0], d[1], d[2], d[3]};
+  return {};
+}
+
+std::string transform_text(const Eigen::Isometry3d& T) {
+  std::ostringstream s;
+  s.precision(17);
+  s << "\n  cols: 4\n  rows: 4\n  data: [";
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) s << (r + c > 0 ? ", " : "") << T.matrix()(r, c);
+  s << "]\n";
+  return s.str();
+}
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file)
+    return Error{ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+  return {};
+}
+
+}  // namespace
+
+Result<StereoRig> read_rig(const std::string& folder) {
+  StereoRig rig;
+  if (!std::filesystem::is_directory(folder))
+    return Error{ErrorCode::kConfiguration, folder, "no such folder",
+                 "give the folder that holds cam0, cam1 and rig.yaml"};
+  if (auto r = read_camera(folder + "/cam0/sensor.yaml", rig.left, rig.T_body_left); !r)
+    return r.error();
+  if (auto r = read_camera(folder + "/cam1/sensor.yaml", rig.right, rig.T_body_right); !r)
+    return r.error();
+  auto file = YamlReader::from_file(folder + "/rig.yaml");
+  if (!file) return file.error();
+  file->ignore("comment");
+  read_transform(*file, "T_world_cam0", rig.T_map_camera_at_zero);
+  if (auto done = file->finish(); !done) return done.error();
+  if (auto usable = check_rig(rig, folder); !usable) return usable.error();
+  return rig;
+}
+
+Result<void> write_rig(const StereoRig& rig, const std::string& folder, double rate_hz) {
+  std::error_code failed;
+  for (int i = 0; i < 2; ++i) {
+    const CameraModel& c = i == 0 ? rig.left : rig.right;
+    const std::string dir = folder + "/cam" + std::to_string(i);
+    std::filesystem::create_directories(dir + "/data", failed);
+    std::ostringstream s;
+    s.precision(17);
+    s << "# camera axes: x right, y down in the image, z along the view; body = the axes of cam0\n"
+      << "sensor_type: camera\ncomment: " << (i == 0 ? "left" : "right") << "\nT_BS:"
+      << transform_text(i == 0 ? rig.T_body_left : rig.T_body_right) << "rate_hz: " << rate_hz
+      << "\nresolution: [" << c.width << ", " << c.height << "]\ncamera_model: pinhole\n"
+      << "intrinsics: [" << c.fx_px << ", " << c.fy_px << ", " << c.cx_px << ", " << c.cy_px
+      << "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: ["
+      << c.k1 << ", " << c.k2 << ", " << c.p1 << ", " << c.p2 << "]\n";
+    if (auto r = write_text(dir + "/sensor.yaml", s.str()); !r) return r;
+  }
+  return write_text(folder + "/rig.yaml",
+                    "# map: x along the runway (cart), y along the bridge (trolley), z up, floor "
+                    "at z = 0; metres\n# p_map = T_world_cam0 * p_cam0 + [cart, trolley, 0]\n"
+                    "T_world_cam0:" +
+                        transform_text(rig.T_map_camera_at_zero));
+}
+
+Result<RangefinderModel> read_rangefinder(const std::string& path) {
+  auto y = YamlReader::from_file(path);
+  if (!y) return y.error();
+  RangefinderModel model;
+  std::string type;
+  y->ignore("comment");
+  y->text("sensor_type", type, true);
+  if (!type.empty() && type != "rangefinder") y->problem("sensor_type", "is not 'rangefinder'");
+  y->number("accuracy_m", model.accuracy_m, 0, 10);
+  y->number("range_m", model.range_m, 0.1, 10'000);
+  y->number("rate_hz", model.rate_hz, 0.001, 10'000);
+  if (auto done = y->finish(); !done) return done.error();
+  return model;
+}
+
+}  // namespace crane

@@ -1,0 +1,92 @@
+#include "recording/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "recording/csv.hpp"
+
+namespace crane {
+namespace {
+
+constexpr TimeNs kMaxPairOffsetNs = 5'000'000;
+
+Result<std::vector<RecordedDistance>> read_distances(const std::string& path) {
+  auto rows = read_time_csv(path);
+  if (!rows) return rows.error();
+  std::vector<RecordedDistance> out;
+  out.reserve(rows->size());
+  for (const auto& [time, text] : *rows) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (end == text.c_str() || *end != '\0')
+      return Error{ErrorCode::kBadData, path,
+                   "'" + text + "' at time " + std::to_string(time) + " is not a distance",
+                   "write metres, or nan where the device gave no reading"};
+    out.push_back({time, value});
+  }
+  return out;
+}
+
+Result<std::vector<RecordedFrame>> read_frames(const std::string& folder) {
+  auto left = read_time_csv(folder + "/cam0/data.csv");
+  if (!left) return left.error();
+  auto right = read_time_csv(folder + "/cam1/data.csv");
+  if (!right) return right.error();
+  if (left->size() != right->size())
+    return Error{ErrorCode::kBadData, folder,
+                 "cam0 has " + std::to_string(left->size()) + " images, cam1 " +
+                     std::to_string(right->size()),
+                 "remove the lines without a partner from data.csv"};
+  if (left->empty())
+    return Error{ErrorCode::kBadData, folder + "/cam0/data.csv", "names no image", ""};
+  std::vector<RecordedFrame> frames;
+  for (std::size_t i = 0; i < left->size(); ++i) {
+    const auto& [time, left_name] = (*left)[i];
+    const auto& [right_time, right_name] = (*right)[i];
+    if (std::abs(time - right_time) > kMaxPairOffsetNs)
+      return Error{ErrorCode::kBadData, folder,
+                   "image " + std::to_string(i) + ": left and right are " +
+                       std::to_string(std::abs(time - right_time) / 1'000'000) + " ms apart",
+                   "trigger both cameras together (5 ms at most), or remove the pair"};
+    for (const std::string& name : {left_name, right_name})
+      if (name.empty() || name.find('/') != std::string::npos || name == "..")
+        return Error{ErrorCode::kBadData, folder, "'" + name + "' in data.csv is no file name",
+                     "name files in the folder data beside data.csv"};
+    frames.push_back({time, folder + "/cam0/data/" + left_name, folder + "/cam1/data/" + right_name});
+  }
+  return frames;
+}
+
+}  // namespace
+
+Result<Recording> Recording::open(const std::string& folder) {
+  Recording r;
+  r.folder_ = folder;
+  auto rig = read_rig(folder);
+  if (!rig) return rig.error();
+  r.rig_ = *rig;
+  auto frames = read_frames(folder);
+  if (!frames) return frames.error();
+  r.frames_ = std::move(*frames);
+  for (const char* axis : {"cart0", "trolley0"}) {
+    const bool cart = std::string(axis) == "cart0";
+    auto model = read_rangefinder(folder + "/" + axis + "/sensor.yaml");
+    if (!model) return model.error();
+    (cart ? r.cart_model_ : r.trolley_model_) = *model;
+    auto distances = read_distances(folder + "/" + axis + "/data.csv");
+    if (!distances) return distances.error();
+    if (distances->empty())
+      return Error{ErrorCode::kBadData, folder + "/" + axis, "has no reading",
+                   "without positions nothing can be mapped"};
+    (cart ? r.cart_ : r.trolley_) = std::move(*distances);
+  }
+  return r;
+}
+
+TimeNs Recording::start() const {
+  return std::min({frames_.front().time, cart_.front().time, trolley_.front().time});
+}
+
+}  // namespace crane

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "geometry/stereo_rig.hpp"
+#include "recording/calibration.hpp"
+
+namespace crane {
+
+struct RecordedFrame {
+  TimeNs time = 0;
+  std::string left_file, right_file;  ///< full paths
+};
+
+struct RecordedDistance {
+  TimeNs time = 0;
+  double distance_m = 0;  ///< NaN where the device wrote none
+};
+
+/// A recording in ASL/EuRoC layout: cam0 cam1 cart0 trolley0 rig.yaml [truth]. Images stay on disk.
+class Recording {
+ public:
+  /// Reads and checks everything but the pixels: calibration, equal left and right counts, pairs
+  /// within 5 ms, increasing times. Error: Configuration or BadData; files and lines are named.
+  static Result<Recording> open(const std::string& folder);
+
+  [[nodiscard]] const std::string& folder() const { return folder_; }
+  [[nodiscard]] const StereoRig& rig() const { return rig_; }
+  [[nodiscard]] const std::vector<RecordedFrame>& frames() const { return frames_; }
+  [[nodiscard]] const std::vector<RecordedDistance>& cart() const { return cart_; }
+  [[nodiscard]] const std::vector<RecordedDistance>& trolley() const { return trolley_; }
+  [[nodiscard]] const RangefinderModel& cart_model() const { return cart_model_; }
+  [[nodiscard]] const RangefinderModel& trolley_model() const { return trolley_model_; }
+  /// Earliest time of any sensor.
+  [[nodiscard]] TimeNs start() const;
+
+ private:
+  std::string folder_;
+  StereoRig rig_;
+  std::vector<RecordedFrame> frames_;
+  std::vector<RecordedDistance> cart_, trolley_;
+  RangefinderModel cart_model_, trolley_model_;
+};
+
+}  // namespace crane

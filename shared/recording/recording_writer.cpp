@@ -1,0 +1,77 @@
+#include "recording/recording_writer.hpp"
+
+#include <cstdio>
+#include <filesystem>
+
+namespace crane {
+namespace {
+
+Error disk_error(const std::string& path) {
+  return {ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+}
+
+Result<void> add_distance(std::ofstream& file, const std::string& path, TimeNs time, double m) {
+  char line[64];
+  std::snprintf(line, sizeof line, "%lld,%.4f\n", static_cast<long long>(time), m);
+  file << line;
+  if (!file) return disk_error(path);
+  return {};
+}
+
+}  // namespace
+
+Result<RecordingWriter> RecordingWriter::create(const std::string& folder, const StereoRig& rig,
+                                                double rate_hz,
+                                                const RangefinderModel& rangefinder) {
+  RecordingWriter w;
+  w.folder_ = folder;
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return disk_error(folder);
+  if (auto r = write_rig(rig, folder, rate_hz); !r) return r.error();
+  for (int i = 0; i < 2; ++i) {
+    w.cam_[i].open(folder + "/cam" + std::to_string(i) + "/data.csv");
+    w.cam_[i] << "#timestamp [ns],filename\n";
+  }
+  for (const char* axis : {"cart0", "trolley0"}) {
+    std::filesystem::create_directories(folder + "/" + axis, failed);
+    std::ofstream sensor(folder + "/" + axis + "/sensor.yaml");
+    sensor << "sensor_type: rangefinder\naccuracy_m: " << rangefinder.accuracy_m
+           << "\nrange_m: " << rangefinder.range_m << "\nrate_hz: " << rangefinder.rate_hz << "\n";
+    std::ofstream& data = axis[0] == 'c' ? w.cart_ : w.trolley_;
+    data.open(folder + "/" + axis + "/data.csv");
+    data << "#timestamp [ns],distance [m]\n";
+    if (!sensor || !data) return disk_error(folder + "/" + axis);
+  }
+  return w;
+}
+
+Result<void> RecordingWriter::add_frame(TimeNs time, const Image& left, const Image& right,
+                                        const std::string& extension) {
+  const std::string name = std::to_string(time) + "." + extension;
+  for (int i = 0; i < 2; ++i) {
+    const std::string path = folder_ + "/cam" + std::to_string(i) + "/data/" + name;
+    if (auto r = write_image(path, i == 0 ? left : right); !r) return r;
+    cam_[i] << time << "," << name << "\n";
+    if (!cam_[i]) return disk_error(path);
+  }
+  return {};
+}
+
+Result<void> RecordingWriter::add_cart(TimeNs time, double distance_m) {
+  return add_distance(cart_, folder_ + "/cart0/data.csv", time, distance_m);
+}
+
+Result<void> RecordingWriter::add_trolley(TimeNs time, double distance_m) {
+  return add_distance(trolley_, folder_ + "/trolley0/data.csv", time, distance_m);
+}
+
+Result<void> RecordingWriter::close() {
+  for (std::ofstream* file : {&cam_[0], &cam_[1], &cart_, &trolley_}) {
+    file->close();
+    if (!*file) return disk_error(folder_);
+  }
+  return {};
+}
+
+}  // namespace crane

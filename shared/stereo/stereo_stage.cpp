@@ -1,0 +1,193 @@
+#include "stereo/stereo_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "base/clock.hpp"
+#include "stereo/disparity_support.hpp"
+
+namespace crane {
+namespace {
+
+constexpr int kFraction = 16;              ///< OpenCV disparities have 4 fractional bits
+constexpr std::uint8_t kMinSupport = 80;   ///< a third of the neighbours
+
+cv::Mat intrinsics(const CameraModel& c) {
+  return (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+}
+
+cv::Mat distortion(const CameraModel& c) {
+  return (cv::Mat_<double>(1, 4) << c.k1, c.k2, c.p1, c.p2);
+}
+
+cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int count) {
+  const bool strict = !s.paper && s.left_right_px >= 0;
+  cv::Ptr<cv::StereoMatcher> matcher;
+  if (s.matcher == StereoSettings::Matcher::kBlock) {
+    auto bm = cv::StereoBM::create(count, s.block_px);
+    bm->setUniquenessRatio(s.uniqueness_percent);
+    bm->setTextureThreshold(10);
+    bm->setPreFilterCap(31);
+    matcher = bm;
+  } else {
+    const int area = s.block_px * s.block_px;
+    matcher = cv::StereoSGBM::create(first, count, s.block_px, 8 * area, 32 * area, 1, 63,
+                                     std::min(s.uniqueness_percent, 10), 0, 0,
+                                     cv::StereoSGBM::MODE_SGBM_3WAY);
+  }
+  matcher->setMinDisparity(first);
+  matcher->setSpeckleWindowSize(s.speckle_window_px);
+  matcher->setSpeckleRange(s.matcher == StereoSettings::Matcher::kBlock && s.paper ? 32 : 2);
+  matcher->setDisp12MaxDiff(strict ? s.left_right_px : -1);
+  return matcher;
+}
+
+}  // namespace
+
+struct StereoStage::Impl {
+  StereoSettings settings;
+  cv::Size size;
+  RectifiedCamera camera;
+  int first = 0, count = 0;
+  cv::Mat map_left[2], map_right[2];
+  cv::Ptr<cv::StereoMatcher> matcher;
+  cv::Mat left_colour, left, right_grey, right, disparity;
+};
+
+StereoStage::StereoStage(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StereoStage::~StereoStage() = default;
+StereoStage::StereoStage(StereoStage&&) noexcept = default;
+
+const RectifiedCamera& StereoStage::camera() const { return impl_->camera; }
+int StereoStage::first_disparity_px() const { return impl_->first; }
+int StereoStage::disparities_px() const { return impl_->count; }
+
+Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettings& settings) {
+  if (auto usable = check_rig(rig, "calibration"); !usable) return usable.error();
+  auto impl = std::make_unique<Impl>();
+  impl->settings = settings;
+  impl->size = {static_cast<int>(rig.left.width), static_cast<int>(rig.left.height)};
+  const Eigen::Isometry3d T_right_left = rig.T_right_left();
+  cv::Mat R(3, 3, CV_64F);
+  cv::Mat t(3, 1, CV_64F);
+  for (int r = 0; r < 3; ++r) {
+    t.at<double>(r) = T_right_left.translation()[r];
+    for (int c = 0; c < 3; ++c) R.at<double>(r, c) = T_right_left.linear()(r, c);
+  }
+  cv::Mat R_left, R_right, P_left, P_right, Q;
+  try {
+    cv::stereoRectify(intrinsics(rig.left), distortion(rig.left), intrinsics(rig.right),
+                      distortion(rig.right), impl->size, R, t, R_left, R_right, P_left, P_right, Q,
+                      cv::CALIB_ZERO_DISPARITY, 0);
+    cv::initUndistortRectifyMap(intrinsics(rig.left), distortion(rig.left), R_left, P_left,
+                                impl->size, CV_16SC2, impl->map_left[0], impl->map_left[1]);
+    cv::initUndistortRectifyMap(intrinsics(rig.right), distortion(rig.right), R_right, P_right,
+                                impl->size, CV_16SC2, impl->map_right[0], impl->map_right[1]);
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::kConfiguration, "calibration", "does not rectify: " + e.err,
+                 "calibrate again"};
+  }
+  RectifiedCamera& camera = impl->camera;
+  camera.width = rig.left.width;
+  camera.height = rig.left.height;
+  camera.f_px = P_left.at<double>(0, 0);
+  camera.cx_px = P_left.at<double>(0, 2);
+  camera.cy_px = P_left.at<double>(1, 2);
+  camera.baseline_m = -P_right.at<double>(0, 3) / P_right.at<double>(0, 0);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) camera.R_camera_rectified(r, c) = R_left.at<double>(c, r);
+  if (!std::isfinite(camera.f_px) || camera.f_px < 1 || camera.baseline_m <= 0)
+    return Error{ErrorCode::kConfiguration, "calibration", "does not rectify (focal length " +
+                     std::to_string(camera.f_px) + " px)", "calibrate again"};
+
+  const double fb = camera.f_px * camera.baseline_m;
+  if (settings.paper) {
+    impl->first = 0;
+    impl->count = paper_disparities(impl->size.width);
+  } else {
+    const double height = rig.camera_height_m();
+    const double nearest = settings.nearest_m > 0 ? settings.nearest_m : 0.4 * height;
+    const double farthest = settings.farthest_m > 0 ? settings.farthest_m : 1.15 * height;
+    if (!(nearest < farthest))
+      return Error{ErrorCode::kConfiguration, "stereo.nearest_m",
+                   std::to_string(nearest) + " m is not nearer than farthest_m " +
+                       std::to_string(farthest) + " m", "correct one of them"};
+    impl->first = static_cast<int>(std::floor(fb / farthest));
+    const int last = static_cast<int>(std::ceil(fb / nearest));
+    impl->count = std::max(16, (last - impl->first + 16) & -16);
+  }
+  if (impl->first + impl->count > impl->size.width - settings.block_px)
+    return Error{ErrorCode::kConfiguration, "stereo",
+                 "a search up to " + std::to_string(impl->first + impl->count) +
+                     " px is impossible in an image " + std::to_string(impl->size.width) +
+                     " px wide", "raise stereo.nearest_m"};
+  impl->matcher = make_matcher(settings, impl->first, impl->count);
+  return StereoStage(std::move(impl));
+}
+
+Result<StereoReport> StereoStage::process(const StereoImages& images, const CloudImages& out) {
+  Impl& m = *impl_;
+  const std::size_t pixels = std::size_t(m.size.area());
+  expects(out.depth_m.size() == pixels && out.confidence.size() == pixels,
+          "outputs fit the rectified camera");
+  expects(out.colour.empty() || out.colour.size() == 3 * pixels, "colour fits or is empty");
+  if (images.width != m.camera.width || images.height != m.camera.height)
+    return Error{ErrorCode::kWrongSize, "stereo frame",
+                 std::to_string(images.width) + " x " + std::to_string(images.height) +
+                     " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
+                     std::to_string(m.size.height),
+                 "use the calibration of this camera at this resolution"};
+  StereoReport report;
+  try {
+    const Stopwatch rectify;
+    const int type = images.channels == 3 ? CV_8UC3 : CV_8UC1;
+    const cv::Mat raw_left(m.size, type, const_cast<std::uint8_t*>(images.left));
+    const cv::Mat raw_right(m.size, type, const_cast<std::uint8_t*>(images.right));
+    if (images.channels == 3) {
+      cv::remap(raw_left, m.left_colour, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
+      cv::cvtColor(m.left_colour, m.left, cv::COLOR_BGR2GRAY);
+      cv::cvtColor(raw_right, m.right_grey, cv::COLOR_BGR2GRAY);
+    } else {
+      cv::remap(raw_left, m.left, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
+      m.right_grey = raw_right;
+    }
+    cv::remap(m.right_grey, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
+    report.rectify_ms = rectify.ms();
+
+    const Stopwatch match;
+    m.matcher->compute(m.left, m.right, m.disparity);
+    report.match_ms = match.ms();
+
+    const Stopwatch depth;
+    const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
+    const auto first_valid = static_cast<std::int16_t>(
+        std::max(m.first * kFraction, m.settings.paper ? kFraction / 2 + 1 : 1));
+    disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
+    // eq. 4: z = f b / d
+    const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kFraction);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const bool matched = disparity[i] >= first_valid;
+      const bool supported = m.settings.paper || out.confidence[i] >= kMinSupport;
+      report.unsupported += matched && !supported ? 1 : 0;
+      report.matched += matched && supported ? 1 : 0;
+      out.depth_m[i] = matched && supported ? fb / static_cast<float>(disparity[i]) : 0.0F;
+      if (matched && m.settings.paper && out.confidence[i] == 0) out.confidence[i] = 1;
+    }
+    if (!out.colour.empty()) {
+      const cv::Mat target(m.size, CV_8UC3, out.colour.data());
+      if (images.channels == 3)
+        m.left_colour.copyTo(target);
+      else
+        cv::cvtColor(m.left, target, cv::COLOR_GRAY2BGR);
+    }
+    report.depth_ms = depth.ms();
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::kBadData, "stereo frame", "OpenCV: " + e.err, ""};
+  }
+  return report;
+}
+
+}  // namespace crane

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "base/result.hpp"
+#include "geometry/stereo_rig.hpp"
+
+namespace crane {
+
+/// How two images become depth.
+struct StereoSettings {
+  enum class Matcher { kBlock, kSemiGlobal };
+  Matcher matcher = Matcher::kBlock;
+  /// Zhao et al. 2021, section 4.3: block 9, disparities by eq. 10 from 0, speckle window 100,
+  /// no left-right check, no support test.
+  bool paper = false;
+  int block_px = 9;
+  int speckle_window_px = 100;
+  int uniqueness_percent = 15;
+  int left_right_px = 1;
+  /// Depth range to search [m]; 0 = 0.4 and 1.15 times the camera's height above the floor.
+  double nearest_m = 0, farthest_m = 0;
+};
+
+/// Number of disparities of the paper for an image width [px] (eq. 10).
+constexpr int paper_disparities(int width_px) { return (width_px / 8 + 15) & -16; }
+
+/// One exposure, unrectified: rows from the top without padding; channels 1 (mono) or 3 (BGR).
+struct StereoImages {
+  const std::uint8_t* left = nullptr;
+  const std::uint8_t* right = nullptr;
+  std::uint32_t width = 0, height = 0, channels = 1;
+};
+
+/// Where the organised cloud goes; each of width * height of the rectified camera.
+struct CloudImages {
+  std::span<float> depth_m;             ///< 0 = no match
+  std::span<std::uint8_t> confidence;   ///< 0..255
+  std::span<std::uint8_t> colour;       ///< BGR, 3 per pixel; may be empty
+};
+
+struct StereoReport {
+  std::uint32_t matched = 0;      ///< pixels with depth
+  std::uint32_t unsupported = 0;  ///< matches dropped because their neighbours disagree
+  double rectify_ms = 0, match_ms = 0, depth_ms = 0;
+};
+
+/// Frames to disparity to organised cloud. One thread; keeps its buffers between frames.
+class StereoStage {
+ public:
+  /// Error: Configuration when the rig or the search range is impossible.
+  static Result<StereoStage> create(const StereoRig& rig, const StereoSettings& settings);
+  ~StereoStage();
+  StereoStage(StereoStage&&) noexcept;
+
+  [[nodiscard]] const RectifiedCamera& camera() const;
+  [[nodiscard]] int first_disparity_px() const;
+  [[nodiscard]] int disparities_px() const;
+
+  /// Rectify, match, reproject: Z = f b / d (eq. 4).
+  /// Error: WrongSize if the images do not have the calibration's size.
+  Result<StereoReport> process(const StereoImages& images, const CloudImages& out);
+
+ private:
+  struct Impl;
+  explicit StereoStage(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crane
