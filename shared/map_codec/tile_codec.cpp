@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "map_codec/byte_order.hpp"
+
 namespace crane {
 namespace {
 
@@ -14,16 +16,6 @@ constexpr std::size_t kBlockBytes = 4 + kBlockVoxels / 4;
 constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4);
 constexpr int kLevel = 1;
 constexpr double kUnit = 1e-4;  // 0.1 mm
-
-void put(Bytes& out, std::uint64_t value, int bytes) {
-  for (int i = 0; i < bytes; ++i) out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-}
-
-std::uint64_t get(std::span<const std::uint8_t> in, std::size_t at, int bytes) {
-  std::uint64_t value = 0;
-  for (int i = 0; i < bytes; ++i) value |= std::uint64_t(in[at + static_cast<std::size_t>(i)]) << (8 * i);
-  return value;
-}
 
 Error damaged(const char* what) { return {ErrorCode::kBadData, "tile", what, ""}; }
 
@@ -42,13 +34,13 @@ Occupancy DecodedTile::at(int x, int y, int z) const {
 
 Bytes encode_tile(const Tile& tile) {
   Bytes raw;
-  put(raw, kTileMagic, 4);
-  put(raw, 0, 4);
+  put_le(raw, kTileMagic, 4);
+  put_le(raw, 0, 4);
   std::uint32_t count = 0;
   for (const auto& [bz, block] : tile.blocks) {
     if (!has_content(*block) || count == kMaxBlocks) continue;
     ++count;
-    put(raw, static_cast<std::uint32_t>(bz), 4);
+    put_le(raw, static_cast<std::uint32_t>(bz), 4);
     const std::size_t start = raw.size();
     raw.resize(start + kBlockVoxels / 4);
     for (std::size_t i = 0; i < kBlockVoxels; i += 4) {
@@ -67,14 +59,14 @@ Bytes encode_tile(const Tile& tile) {
 Result<DecodedTile> decode_tile(std::span<const std::uint8_t> payload) {
   auto raw = decompress(payload, 8 + kMaxBlocks * kBlockBytes);
   if (!raw) return raw.error();
-  if (raw->size() < 8 || get(*raw, 0, 4) != kTileMagic) return damaged("is no voxel tile");
-  const std::size_t count = get(*raw, 4, 4);
+  if (raw->size() < 8 || get_le(*raw, 0, 4) != kTileMagic) return damaged("is no voxel tile");
+  const std::size_t count = get_le(*raw, 4, 4);
   if (count > kMaxBlocks || raw->size() != 8 + count * kBlockBytes)
     return damaged("has another size than its header says");
   DecodedTile tile;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t at = 8 + i * kBlockBytes;
-    const auto bz = static_cast<std::int32_t>(get(*raw, at, 4));
+    const auto bz = static_cast<std::int32_t>(get_le(*raw, at, 4));
     if (bz < -1024 || bz >= 1024 || tile.blocks.contains(bz))
       return damaged("has a block out of range or twice");
     BlockClasses& classes = tile.blocks[bz];
@@ -88,34 +80,34 @@ Result<DecodedTile> decode_tile(std::span<const std::uint8_t> payload) {
 Bytes encode_heights(const TileHeights& heights) {
   Bytes raw;
   raw.reserve(kHeightBytes);
-  put(raw, kHeightMagic, 4);
+  put_le(raw, kHeightMagic, 4);
   const auto unit = [](double metres, double low, double high) {
     return static_cast<std::int64_t>(std::lround(std::clamp(metres / kUnit, low, high)));
   };
   for (const ColumnHeight& c : heights)
-    put(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.height_m, -2e9, 2e9)), 4);
+    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.height_m, -2e9, 2e9)), 4);
   for (const ColumnHeight& c : heights)
-    put(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.spread_m, 0, 65'535)), 2);
-  for (const ColumnHeight& c : heights) put(raw, std::uint64_t(c.state), 1);
-  for (const ColumnHeight& c : heights) put(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
+    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.spread_m, 0, 65'535)), 2);
+  for (const ColumnHeight& c : heights) put_le(raw, std::uint64_t(c.state), 1);
+  for (const ColumnHeight& c : heights) put_le(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
   return compress(raw, kLevel);
 }
 
 Result<TileHeights> decode_heights(std::span<const std::uint8_t> payload) {
   auto raw = decompress(payload, kHeightBytes);
   if (!raw) return raw.error();
-  if (raw->size() != kHeightBytes || get(*raw, 0, 4) != kHeightMagic)
+  if (raw->size() != kHeightBytes || get_le(*raw, 0, 4) != kHeightMagic)
     return damaged("is no height tile");
   TileHeights out;
   const std::size_t n = kTileColumns;
   for (std::size_t i = 0; i < n; ++i) {
     ColumnHeight& c = out[i];
-    c.height_m = kUnit * static_cast<std::int32_t>(get(*raw, 4 + 4 * i, 4));
-    c.spread_m = kUnit * double(get(*raw, 4 + 4 * n + 2 * i, 2));
-    const std::uint64_t state = get(*raw, 4 + 6 * n + i, 1);
+    c.height_m = kUnit * static_cast<std::int32_t>(get_le(*raw, 4 + 4 * i, 4));
+    c.spread_m = kUnit * double(get_le(*raw, 4 + 4 * n + 2 * i, 2));
+    const std::uint64_t state = get_le(*raw, 4 + 6 * n + i, 1);
     if (state > 2) return damaged("has a column of unknown state");
     c.state = static_cast<ColumnState>(state);
-    c.last_observed = static_cast<TimeNs>(get(*raw, 4 + 7 * n + 4 * i, 4)) * kNsPerSecond;
+    c.last_observed = static_cast<TimeNs>(get_le(*raw, 4 + 7 * n + 4 * i, 4)) * kNsPerSecond;
   }
   return out;
 }

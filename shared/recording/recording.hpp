@@ -37,6 +37,15 @@ class Recording {
   [[nodiscard]] const RangefinderModel& trolley_model() const { return trolley_model_; }
   /// Earliest time of any sensor.
   [[nodiscard]] TimeNs start() const;
+  /// By how much times grow from one round of a looped play to the next.
+  [[nodiscard]] TimeNs loop_period() const;
+  /// Frame n of a play that starts over at the end; its time grows from round to round.
+  [[nodiscard]] const RecordedFrame& frame(std::int64_t n) const {
+    return frames_[static_cast<std::size_t>(n) % frames_.size()];
+  }
+  [[nodiscard]] TimeNs frame_time(std::int64_t n) const {
+    return frame(n).time + n / static_cast<std::int64_t>(frames_.size()) * loop_period();
+  }
 
  private:
   std::string folder_;

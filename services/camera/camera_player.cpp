@@ -1,0 +1,240 @@
+#include "camera_player.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "recording/image_file.hpp"
+#include "recording/recording.hpp"
+#include "service/play_clock.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Options {
+  std::string recording, rate = "real";
+  bool loop = false, resume = false;
+  std::uint64_t stream = 0;
+  TimeNs start_at = 0;
+};
+
+/// Frames the camera may be ahead of the map when it is paced by it. Less than the depth of the
+/// topics' histories, so that nothing is overwritten.
+constexpr std::int64_t kWindow = 3;
+constexpr auto kResendAfter = 3s;
+constexpr int kMaxResends = 10;
+
+class Player {
+ public:
+  Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
+         dds::Writer<dds::StereoFrameTopic> writer)
+      : context_(context), options_(options), recording_(std::move(recording)), rate_(rate),
+        writer_(std::move(writer)) {}
+
+  Result<void> play() {
+    status().expected = options_.loop ? 0 : recording_.frames().size();
+    status().stream = options_.stream;
+    wait_for_reader();
+    const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
+    if (!played || context_.stopping()) return played;
+    (void)writer_.wait_for_readers(5s);
+    status().finished = true;
+    log_info("end of the recording: " + std::to_string(status().published) + " frames published");
+    // Readers on this host still look into our memory; leave when told, or when they had time.
+    for (int i = 0; i < 100 && !context_.stopping(); ++i) {
+      status().tick(i == 0);
+      std::this_thread::sleep_for(50ms);
+    }
+    return {};
+  }
+
+ private:
+  StatusReporter& status() { return context_.status; }
+
+  void wait_for_reader() {
+    for (bool said = false; writer_.matched() == 0 && !context_.stopping(); said = true) {
+      if (!said) log_info("waiting for a reader of stereo_frame");
+      status().tick();
+      std::this_thread::sleep_for(10ms);
+    }
+  }
+
+  /// By the clock; frames wait for nobody.
+  Result<void> play_timed() {
+    const SystemClock wall;
+    const PlayClock clock(rate_, recording_.start(),
+                          options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    const auto count = static_cast<std::int64_t>(recording_.frames().size());
+    for (std::int64_t n = 0; (options_.loop || n < count) && !context_.stopping(); ++n) {
+      const TimeNs time = recording_.frame_time(n);
+      if (options_.resume && clock.due(time) < wall.now()) {
+        status().dropped.add("skipped after a restart");
+        continue;
+      }
+      const Result<bool> ready = load(n);
+      if (!ready) return ready.error();
+      while (wall.now() < clock.due(time) && !context_.stopping()) {
+        status().tick();
+        std::this_thread::sleep_for(
+            std::chrono::nanoseconds(std::min<TimeNs>(clock.due(time) - wall.now(), 50'000'000)));
+      }
+      if (context_.stopping()) break;
+      if (*ready) send(n);
+      status().tick();
+    }
+    return {};
+  }
+
+  /// As fast as the map takes frames. What got lost on the way (a service was restarted) is sent
+  /// again: go-back-N, with the sequence numbers of map_status as acknowledgement.
+  Result<void> play_paced() {
+    Wakeup wakeup;
+    auto progress = MapProgress::create(context_.participant, &wakeup, options_.stream);
+    if (!progress) return progress.error();
+    const auto count = static_cast<std::int64_t>(recording_.frames().size());
+    std::int64_t next = 0;
+    std::int64_t accounted = -1;
+    int resends = 0;
+    Stopwatch since_progress;
+    while (!context_.stopping()) {
+      const std::int64_t heard = progress->poll().value_or(-1);
+      if (heard != accounted) {
+        if (heard < accounted) next = heard + 1;  // the mapper fell back to its saved state
+        accounted = heard;
+        next = std::max(next, accounted + 1);
+        resends = 0;
+        since_progress = {};
+      }
+      if (accounted >= last_readable_ && next >= count) return {};
+      if (next < count && next <= accounted + kWindow) {
+        const Result<bool> ready = load(next);
+        if (!ready) return ready.error();
+        if (*ready) send(next);
+        ++next;
+        continue;
+      }
+      if (since_progress.ms() > double(std::chrono::milliseconds(kResendAfter).count())) {
+        if (++resends > kMaxResends)
+          return Error{ErrorCode::kResource, "stereo_frame",
+                       "no map has accounted for frame " + std::to_string(accounted + 1) +
+                           " although it was sent " + std::to_string(resends) + " times",
+                       "are cranemap-stereo and cranemap-mapper running for this crane and domain?"};
+        next = accounted + 1;
+        status().dropped.add("sent again");
+        since_progress = {};
+      }
+      status().tick();
+      wakeup.wait_for(20ms);
+    }
+    return {};
+  }
+
+  /// Decodes frame n into left_ and right_. False: unreadable, counted and skipped.
+  Result<bool> load(std::int64_t n) {
+    const RecordedFrame& frame = recording_.frame(n);
+    const Stopwatch watch;
+    for (bool is_left : {true, false}) {
+      auto image = read_image(is_left ? frame.left_file : frame.right_file, v1::MAX_PIXELS);
+      const CameraModel& model = recording_.rig().left;
+      if (image && (image->width != model.width || image->height != model.height))
+        image = Error{ErrorCode::kWrongSize, is_left ? frame.left_file : frame.right_file,
+                      std::to_string(image->width) + " x " + std::to_string(image->height) +
+                          " pixels, sensor.yaml says " + std::to_string(model.width) + " x " +
+                          std::to_string(model.height),
+                      "use the calibration of this camera at this resolution"};
+      if (!image) {
+        log_error(image.error().text());
+        status().dropped.add("image unreadable or of wrong size");
+        status().status = v1::STATUS_DEGRADED;
+        status().message = image.error().text();
+        return false;
+      }
+      (is_left ? left_ : right_) = std::move(*image);
+    }
+    if (left_.channels != right_.channels) {
+      log_error(frame.left_file + ": left and right differ in colour");
+      status().dropped.add("left and right differ in colour");
+      return false;
+    }
+    last_readable_ = std::max(last_readable_, n);
+    status().stages.add("decode", watch.ms());
+    ++status().received;
+    return true;
+  }
+
+  void send(std::int64_t n) {
+    const Stopwatch watch;
+    v1::StereoFrame* sample = writer_.loan();
+    if (sample == nullptr) {
+      status().dropped.add("no free frame memory");
+      return;
+    }
+    sample->crane(context_.participant->settings().crane);
+    sample->encoding(left_.channels == 3 ? v1::ENCODING_BGR8 : v1::ENCODING_MONO8);
+    sample->stream(options_.stream);
+    sample->sequence_number(static_cast<std::uint64_t>(n));
+    sample->exposure_time_ns(recording_.frame_time(n));
+    sample->width(left_.width);
+    sample->height(left_.height);
+    std::memcpy(sample->left().data(), left_.bytes.data(), left_.bytes.size());
+    std::memcpy(sample->right().data(), right_.bytes.data(), right_.bytes.size());
+    status().stages.add("fill", watch.ms());
+    if (auto sent = writer_.publish(sample); !sent) {
+      status().dropped.add("not accepted by DDS");
+      log_warning(sent.error().text());
+      return;
+    }
+    ++status().published;
+  }
+
+  ServiceContext& context_;
+  const Options& options_;
+  Recording recording_;
+  PlayRate rate_;
+  dds::Writer<dds::StereoFrameTopic> writer_;
+  Image left_, right_;
+  std::int64_t last_readable_ = -1;
+};
+
+}  // namespace
+
+int run_camera(int argc, char** argv) {
+  Options options;
+  const ServiceInfo info{"cranemap-camera",
+                         "Plays the images of a recording as topic stereo_frame.\n"
+                         "Example: cranemap-camera RECORDING --rate 2 --loop",
+                         v1::SERVICE_CAMERA};
+  return run_service(
+      argc, argv, info,
+      [&](CLI::App& app) {
+        app.add_option("RECORDING", options.recording, "Folder in ASL/EuRoC layout")->required();
+        app.add_option("--rate", options.rate,
+                       "real, a factor of it, or max: as fast as the mapper takes frames")
+            ->capture_default_str();
+        app.add_flag("--loop", options.loop, "Start over at the end (not with --rate max)");
+        app.add_option("--stream", options.stream, "Number of this stream; 0 = a random one");
+        app.add_option("--start-at", options.start_at,
+                       "Wall time [ns] of the recording's first instant; 0 = now");
+        app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");
+      },
+      [&](ServiceContext& context) -> Result<void> {
+        auto recording = Recording::open(options.recording);
+        if (!recording) return recording.error();
+        auto rate = parse_rate(options.rate);
+        if (!rate) return rate.error();
+        if (rate->paced_by_map() && options.loop)
+          return Error{ErrorCode::kConfiguration, "--loop", "does not go with --rate max", ""};
+        if (options.stream == 0) options.stream = std::random_device{}() | 1U;
+        auto writer = dds::Writer<dds::StereoFrameTopic>::create(context.participant);
+        if (!writer) return writer.error();
+        return Player(context, options, std::move(*recording), *rate, std::move(*writer)).play();
+      });
+}
+
+}  // namespace crane

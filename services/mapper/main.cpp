@@ -1,0 +1,3 @@
+#include "mapper/mapper_service.hpp"
+
+int main(int argc, char** argv) { return crane::run_mapper(argc, argv); }

@@ -1,0 +1,174 @@
+#include "mapper/map_builder.hpp"
+
+namespace crane {
+namespace {
+
+constexpr double kDefaultVoxel = 0.05;
+
+double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
+  if (c.voxel_m > 0) return c.voxel_m;
+  return c.method == MapperConfig::Method::kPaper ? paper_voxel_m(rig.camera_height_m())
+                                                  : kDefaultVoxel;
+}
+
+std::size_t bytes(const MapperConfig& c) { return std::size_t(c.max_memory_mib) << 20U; }
+
+IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
+  return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
+}
+
+std::optional<PaperMapper> make_paper(const MapperConfig& c) {
+  if (c.method != MapperConfig::Method::kPaper) return std::nullopt;
+  PaperSettings s;
+  s.outlier_neighbours = c.outlier_neighbours;
+  s.outlier_std = c.outlier_std;
+  s.leaf_m = c.leaf_m;
+  s.outliers_first = c.outliers_first;
+  s.max_points = bytes(c) / sizeof(Point);
+  return PaperMapper(s);
+}
+
+}  // namespace
+
+MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig)
+    : config_(config),
+      rig_(rig),
+      map_(std::make_unique<OccupancyMap>(choose_voxel(config, rig), bytes(config))),
+      integrator_(heights(config, rig)),
+      paper_(make_paper(config)),
+      cart_(config.rangefinder_min_m, config.rangefinder_max_m),
+      trolley_(config.rangefinder_min_m, config.rangefinder_max_m) {}
+
+void MapBuilder::add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m) {
+  if (stream != position_stream_) {  // another recording may use the same times for other places
+    position_stream_ = stream;
+    cart_.clear();
+    trolley_.clear();
+  }
+  const bool cart = axis == Axis::kCart;
+  const TimeNs latency =
+      TimeNs(cart ? config_.cart_latency_ms : config_.trolley_latency_ms) * 1'000'000;
+  const std::string name = cart ? "cart " : "trolley ";
+  switch ((cart ? cart_ : trolley_).add(time - latency, distance_m)) {
+    case PositionTrack::Added::kYes:
+    case PositionTrack::Added::kOutOfOrder:  // sent again by a player: known already
+      break;
+    case PositionTrack::Added::kNotFinite:
+      dropped.add(name + "reading not finite");
+      break;
+    case PositionTrack::Added::kOutOfRange:
+      dropped.add(name + "reading out of range");
+      break;
+  }
+}
+
+void MapBuilder::add_failed_position(Axis axis) {
+  dropped.add(axis == Axis::kCart ? "cart reading failed" : "trolley reading failed");
+}
+
+void MapBuilder::add_cloud(CloudSample cloud, TimeNs now) {
+  last_arrival_ = now;
+  if (cloud.stream != account_.stream) {
+    account_ = FrameAccount{};
+    account_.stream = cloud.stream;
+    newest_queued_ = -1;
+    pending_.clear();
+  }
+  const auto number = static_cast<std::int64_t>(cloud.sequence_number);
+  if (number <= std::max(account_.last_frame, newest_queued_)) return;  // sent again: known already
+  newest_queued_ = number;
+  cloud.arrival_time = now;
+  if (pending_.size() == kMaxPending) {
+    dropped.add("cloud queue full");
+    account_for(pending_.front(), false);
+    pending_.pop_front();
+  }
+  pending_.push_back(std::move(cloud));
+}
+
+MapBuilder::Placing MapBuilder::place(CloudSample& cloud) {
+  double cart_m = 0;
+  double trolley_m = 0;
+  const std::chrono::milliseconds gap(config_.max_position_gap_ms);
+  const auto cart = cart_.at(cloud.exposure_time, gap, cart_m);
+  const auto trolley = trolley_.at(cloud.exposure_time, gap, trolley_m);
+  using Lookup = PositionTrack::Lookup;
+  if (cart == Lookup::kGap || trolley == Lookup::kGap) return Placing::kNever;
+  if (cart == Lookup::kNotYet || trolley == Lookup::kNotYet) return Placing::kWait;
+  // eq. 5-7: translation only; the mount's tilt and height come from the calibration.
+  Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
+  T_left_rectified.linear() = cloud.R_camera_rectified;
+  cloud.frame.T_map_rectified = Eigen::Translation3d(cart_m, trolley_m, 0) *
+                                rig_.T_map_camera_at_zero * rig_.T_body_left * T_left_rectified;
+  return Placing::kPlaced;
+}
+
+bool MapBuilder::step(TimeNs now) {
+  if (pending_.empty()) return false;
+  CloudSample& cloud = pending_.front();
+  Placing placing = place(cloud);
+  if (placing == Placing::kWait) {
+    if (now - cloud.arrival_time < TimeNs(config_.position_wait_ms) * 1'000'000) return false;
+    dropped.add("no position: none arrived after the exposure");
+    account_for(cloud, false);
+  } else if (placing == Placing::kNever) {
+    dropped.add("no position: gap around the exposure");
+    account_for(cloud, false);
+  } else {
+    integrate(cloud);
+  }
+  pending_.pop_front();
+  return true;
+}
+
+void MapBuilder::integrate(CloudSample& cloud) {
+  const Stopwatch watch;
+  cloud.frame.depth_m = cloud.depth_m.data();
+  cloud.frame.confidence = cloud.confidence.data();
+  cloud.frame.colour = cloud.colour.empty() ? nullptr : cloud.colour.data();
+  if (paper_) {
+    const Result<void> added = paper_->add(cloud.frame, cloud.exposure_time);
+    if (!added) dropped.add("paper: point limit reached");
+    stale_ = true;
+    account_for(cloud, added.ok());
+  } else {
+    const IntegrationReport report =
+        integrator_.integrate(cloud.frame, cloud.exposure_time, *map_);
+    if (report.points == 0) dropped.add("cloud without a single match");
+    dropped.set("points outside z_min..z_max", dropped_points_ += report.out_of_range);
+    dropped.set("blocks beyond max_memory_mib", map_->refused_blocks());
+    account_for(cloud, report.points > 0);
+  }
+  stages.add("integrate", watch.ms());
+}
+
+void MapBuilder::account_for(const CloudSample& cloud, bool integrated) {
+  const auto number = static_cast<std::int64_t>(cloud.sequence_number);
+  const std::int64_t gap = number - account_.last_frame - 1;
+  if (gap > 0) {
+    account_.missing += static_cast<std::uint64_t>(gap);
+    dropped.add("cloud never arrived", static_cast<std::uint64_t>(gap));
+  }
+  account_.last_frame = number;
+  account_.last_frame_time = cloud.exposure_time;
+  ++(integrated ? account_.integrated : account_.rejected);
+}
+
+Result<void> MapBuilder::rebuild() {
+  if (!needs_rebuild()) return {};
+  auto fresh = std::make_unique<OccupancyMap>(map_->voxel_m(), bytes(config_));
+  const auto report = paper_->build(*fresh);
+  if (!report) return report.error();
+  stages.add("paper: voxel grid", report->grid_ms);
+  stages.add("paper: outlier removal", report->outliers_ms);
+  stages.add("paper: octree", report->octree_ms);
+  stages.add("paper: filter and octree",
+             report->grid_ms + report->outliers_ms + report->octree_ms);
+  // A tile that the filters emptied is published as an empty one.
+  for (const Tile* old : map_->tiles()) fresh->tile(old->key).changed = true;
+  map_ = std::move(fresh);
+  stale_ = false;
+  return {};
+}
+
+}  // namespace crane

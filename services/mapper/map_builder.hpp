@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/stage_times.hpp"
+#include "config/site_config.hpp"
+#include "geometry/position_track.hpp"
+#include "geometry/stereo_rig.hpp"
+#include "mapping/occupancy_map.hpp"
+#include "mapping/paper_mapper.hpp"
+#include "mapping/projective_integrator.hpp"
+
+namespace crane {
+
+/// One organised cloud with memory of its own.
+struct CloudSample {
+  std::uint64_t stream = 0, sequence_number = 0;
+  TimeNs exposure_time = 0;
+  TimeNs arrival_time = 0;
+  DepthFrame frame;  ///< points into the vectors below
+  Eigen::Matrix3d R_camera_rectified = Eigen::Matrix3d::Identity();
+  std::vector<float> depth_m;
+  std::vector<std::uint8_t> confidence, colour;
+};
+
+/// Which frames of a stream are in the map, and what became of the others.
+struct FrameAccount {
+  std::uint64_t stream = 0;
+  std::int64_t last_frame = -1;  ///< sequence number accounted for; -1 = none
+  TimeNs last_frame_time = 0;
+  std::uint64_t integrated = 0;  ///< in the map
+  std::uint64_t rejected = 0;    ///< arrived, but could not be used
+  std::uint64_t missing = 0;     ///< never arrived
+};
+
+enum class Axis { kCart, kTrolley };
+
+/// Places clouds by rangefinder positions interpolated to their exposure and adds them to the map.
+/// No DDS, no files; the clock is the caller's. One thread.
+class MapBuilder {
+ public:
+  /// Clouds that wait for their positions; the oldest is given up when one more comes.
+  static constexpr std::size_t kMaxPending = 8;
+
+  MapBuilder(const MapperConfig& config, const StereoRig& rig);
+
+  /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.
+  [[nodiscard]] double voxel_m() const { return map_->voxel_m(); }
+
+  /// `stream`: of the readings; a new one starts with no positions known.
+  void add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m);
+  /// A reading whose device says it failed: counted, never used.
+  void add_failed_position(Axis axis);
+  void add_cloud(CloudSample cloud, TimeNs now);
+  /// Integrates the oldest waiting cloud if its positions are known, or gives it up when they
+  /// cannot come any more. True when a frame was accounted for.
+  bool step(TimeNs now);
+
+  /// method: paper makes the map anew from all clouds. Error: what a filter says.
+  Result<void> rebuild();
+  [[nodiscard]] bool needs_rebuild() const { return paper_ && stale_; }
+
+  [[nodiscard]] OccupancyMap& map() { return *map_; }
+  [[nodiscard]] const FrameAccount& account() const { return account_; }
+  void restore_account(const FrameAccount& account) { account_ = account; }
+  [[nodiscard]] const PointCloud* paper_cloud() const { return paper_ ? &paper_->filtered() : nullptr; }
+  [[nodiscard]] TimeNs last_arrival() const { return last_arrival_; }
+  [[nodiscard]] std::size_t pending() const { return pending_.size(); }
+
+  StageTimes stages;
+  DropCounts dropped;
+
+ private:
+  enum class Placing { kPlaced, kWait, kNever };
+  Placing place(CloudSample& cloud);
+  void account_for(const CloudSample& cloud, bool integrated);
+  void integrate(CloudSample& cloud);
+
+  MapperConfig config_;
+  StereoRig rig_;
+  std::unique_ptr<OccupancyMap> map_;
+  ProjectiveIntegrator integrator_;
+  std::optional<PaperMapper> paper_;
+  bool stale_ = false;
+  PositionTrack cart_, trolley_;
+  std::deque<CloudSample> pending_;
+  FrameAccount account_;
+  std::uint64_t position_stream_ = 0;
+  TimeNs last_arrival_ = 0;
+  std::int64_t newest_queued_ = -1;
+  std::uint64_t dropped_points_ = 0;
+};
+
+}  // namespace crane

@@ -1,0 +1,125 @@
+#include "mapper/map_store.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "cloud/pcl_filters.hpp"
+#include "config/yaml_reader.hpp"
+#include "map_codec/octree_stream.hpp"
+#include "map_codec/tile_snapshot.hpp"
+
+namespace crane {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error disk_error(const std::string& path) {
+  return {ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+}
+
+Result<void> make_folder(const std::string& folder) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) return disk_error(folder);
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size) {
+  const std::string partial = path + ".part";
+  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
+  file.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
+  file.close();
+  std::error_code failed;
+  if (file) fs::rename(partial, path, failed);
+  if (!file || failed) {
+    std::error_code ignored;
+    fs::remove(partial, ignored);
+    return disk_error(path);
+  }
+  return {};
+}
+
+Result<void> save_map(MapBuilder& builder, const std::string& folder) {
+  if (auto made = make_folder(folder); !made) return made;
+  const Bytes bt = write_bt(builder.map());
+  if (auto r = write_file(folder + "/map.bt", bt.data(), bt.size()); !r) return r;
+  const Bytes ot = write_colour_ot(builder.map());
+  if (auto r = write_file(folder + "/map.ot", ot.data(), ot.size()); !r) return r;
+  const PointCloud cloud =
+      builder.paper_cloud() != nullptr ? *builder.paper_cloud() : builder.map().occupied_points();
+  if (cloud.empty()) return {};  // an empty map has no points; PCD cannot say so
+  const std::string partial = folder + "/map.pcd.part";
+  if (auto r = write_pcd(partial, cloud); !r) return r;
+  std::error_code failed;
+  fs::rename(partial, folder + "/map.pcd", failed);
+  if (failed) return disk_error(folder + "/map.pcd");
+  return {};
+}
+
+Result<MapStore::State> MapStore::load(MapBuilder& builder) {
+  State state;
+  const std::string account = folder_ + "/account.yaml";
+  if (!fs::exists(account)) return state;
+  auto y = YamlReader::from_file(account);
+  if (!y) return y.error();
+  const auto number = [&y](const char* key) {
+    std::string text;
+    y->text(key, text, true);
+    return std::strtoull(text.c_str(), nullptr, 10);
+  };
+  double voxel = 0;
+  y->number("voxel_m", voxel, 0, 10, true);
+  state.map_id = number("map_id");
+  state.revision = number("revision");
+  FrameAccount& a = state.account;
+  a.stream = number("stream");
+  a.last_frame = static_cast<std::int64_t>(number("last_frame")) - 1;
+  a.last_frame_time = static_cast<TimeNs>(number("last_frame_time_ns"));
+  a.integrated = number("integrated");
+  a.rejected = number("rejected");
+  a.missing = number("missing");
+  if (auto done = y->finish(); !done) return done.error();
+  if (voxel != builder.voxel_m())
+    return Error{ErrorCode::kConfiguration, folder_,
+                 "holds a map of another voxel size (" + std::to_string(voxel) + " m)",
+                 "give another --state folder, or remove this one"};
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
+       entry.increment(failed)) {
+    if (entry->path().extension() != ".tile") continue;
+    std::ifstream file(entry->path(), std::ios::binary);
+    const Bytes bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (auto read = read_snapshot(bytes, builder.map()); !read)
+      return Error{read.error().code, entry->path(), read.error().what,
+                   "remove the folder " + folder_ + " and map anew"};
+  }
+  builder.restore_account(a);
+  return state;
+}
+
+Result<void> MapStore::save(MapBuilder& builder, const State& state) {
+  if (auto made = make_folder(folder_); !made) return made;
+  for (const Tile* tile : builder.map().changed_tiles()) {
+    const Bytes bytes = write_snapshot(*tile);
+    const std::string name = folder_ + "/" + std::to_string(tile->key.x) + "_" +
+                             std::to_string(tile->key.y) + ".tile";
+    if (auto r = write_file(name, bytes.data(), bytes.size()); !r) return r;
+  }
+  std::ostringstream s;
+  s.precision(17);
+  const FrameAccount& a = state.account;
+  s << "voxel_m: " << builder.voxel_m() << "\nmap_id: " << state.map_id
+    << "\nrevision: " << state.revision << "\nstream: " << a.stream
+    << "\nlast_frame: " << a.last_frame + 1 << "  # plus one: 0 = none"
+    << "\nlast_frame_time_ns: " << a.last_frame_time << "\nintegrated: " << a.integrated
+    << "\nrejected: " << a.rejected << "\nmissing: " << a.missing << "\n";
+  const std::string text = s.str();
+  return write_file(folder_ + "/account.yaml", reinterpret_cast<const std::uint8_t*>(text.data()),
+                    text.size());
+}
+
+}  // namespace crane

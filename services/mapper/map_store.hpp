@@ -1,0 +1,40 @@
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "base/result.hpp"
+#include "mapper/map_builder.hpp"
+
+namespace crane {
+
+/// Writes map.bt, map.ot (colour) and map.pcd. Each appears whole or not at all.
+/// Error: Resource, with the file.
+Result<void> save_map(MapBuilder& builder, const std::string& folder);
+
+/// The map on disk, tile by tile, so that a mapper that was killed goes on where it stopped.
+/// What is written depends on what changed. A file is whole or absent; the account is written
+/// last, so that it never promises frames that the tiles do not have.
+class MapStore {
+ public:
+  struct State {
+    std::uint64_t map_id = 0, revision = 0;
+    FrameAccount account;
+  };
+
+  explicit MapStore(std::string folder) : folder_(std::move(folder)) {}
+
+  /// Reads what is there into the builder. Nothing there: map_id 0.
+  /// Error: BadData when it is damaged or was made with another voxel size.
+  Result<State> load(MapBuilder& builder);
+  /// Tiles whose flag is set, then the account.
+  Result<void> save(MapBuilder& builder, const State& state);
+
+ private:
+  std::string folder_;
+};
+
+/// Writes beside the file and renames. Error: Resource.
+Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size);
+
+}  // namespace crane

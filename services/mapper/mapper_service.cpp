@@ -1,0 +1,261 @@
+#include "mapper/mapper_service.hpp"
+
+#include <CLI/CLI.hpp>
+#include <random>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "mapper/map_builder.hpp"
+#include "mapper/map_publisher.hpp"
+#include "mapper/map_store.hpp"
+#include "recording/calibration.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+struct Options {
+  std::string calibration, save, state;
+};
+
+/// True once per period.
+class Every {
+ public:
+  explicit Every(double hz) : period_(1.0 / hz) {}
+  bool due() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < period_) return false;
+    last_ = now;
+    return true;
+  }
+
+ private:
+  std::chrono::duration<double> period_;
+  SteadyTime last_{};
+};
+
+std::uint64_t random_id() {
+  std::random_device device;
+  return (std::uint64_t(device()) << 32U | device()) | 1U;
+}
+
+class Service {
+ public:
+  Service(ServiceContext& context, const Options& options, const StereoRig& rig)
+      : context_(context), options_(options), builder_(context.config.mapper, rig) {}
+
+  Result<void> run() {
+    auto clouds = dds::Reader<dds::PartialCloudTopic>::create(context_.participant, &wakeup_);
+    if (!clouds) return clouds.error();
+    auto positions =
+        dds::Reader<dds::RangefinderPositionTopic>::create(context_.participant, &wakeup_);
+    if (!positions) return positions.error();
+    auto others = dds::Reader<dds::MapStatusTopic>::create(context_.participant, &wakeup_);
+    if (!others) return others.error();
+
+    MapStore store(options_.state);
+    MapStore::State state;
+    if (!options_.state.empty()) {
+      auto loaded = store.load(builder_);
+      if (!loaded) return loaded.error();
+      state = *loaded;
+      if (state.map_id != 0)
+        log_info("goes on with saved map: revision " + std::to_string(state.revision) + ", frame " +
+                 std::to_string(state.account.last_frame));
+    }
+    identity_ = {random_id(), state.map_id != 0 ? state.map_id : random_id(), SystemClock().now()};
+
+    // A heartbeat of another mapper comes within 0.2 s once both know each other.
+    for (const Stopwatch watch; watch.ms() < 700 && !context_.stopping();) {
+      wakeup_.wait_for(50ms);
+      if (auto alone = check_alone(*others); !alone) return alone;
+    }
+    auto publisher = MapPublisher::create(context_.participant, identity_,
+                                          context_.config.mapper.method == MapperConfig::Method::kPaper);
+    if (!publisher) return publisher.error();
+    publisher->restore_revision(state.revision);
+    log_info("serving crane " + std::to_string(context_.participant->settings().crane) +
+             ", voxel " + std::to_string(builder_.voxel_m()) + " m");
+
+    const MapperConfig& config = context_.config.mapper;
+    Every heartbeat(5), tiles(config.publish_hz), octree(config.octree_hz);
+    while (!context_.stopping()) {
+      wakeup_.wait_for(20ms);
+      if (auto alone = check_alone(*others); !alone) return alone;
+      take_positions(*positions);
+      bool accounted = take_clouds(*clouds);
+      if (tiles.due())
+        if (auto done = hand_on(*publisher, store, false); !done) return done;
+      if (octree.due())
+        if (auto done = publisher->publish_octree(builder_); !done) return done;
+      if (heartbeat.due() || accounted) beat(*publisher);
+      report(*publisher, clouds->counts(), positions->counts());
+      context_.status.tick();
+    }
+    return finish(*publisher, store);
+  }
+
+ private:
+  Result<void> check_alone(dds::Reader<dds::MapStatusTopic>& others) {
+    while (const auto other = others.take()) {
+      const v1::MapStatus& s = **other;
+      if (s.mapper() == identity_.mapper || s.crane() != context_.participant->settings().crane)
+        continue;
+      const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
+      if (alive && s.mapper_start_ns() < identity_.mapper_start)
+        return Error{ErrorCode::kResource, "map_status",
+                     "another mapper already serves crane " + std::to_string(s.crane()) +
+                         " in this domain",
+                     "stop it, or give this one another crane number or dds.domain"};
+    }
+    return {};
+  }
+
+  void take_positions(dds::Reader<dds::RangefinderPositionTopic>& positions) {
+    while (const auto sample = positions.take()) {
+      const v1::RangefinderPosition& p = **sample;
+      const Axis axis = p.axis() == v1::AXIS_CART ? Axis::kCart : Axis::kTrolley;
+      if (p.device_status() == v1::STATUS_OK)
+        builder_.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
+      else
+        builder_.add_failed_position(axis);
+    }
+  }
+
+  bool take_clouds(dds::Reader<dds::PartialCloudTopic>& clouds) {
+    bool accounted = false;
+    while (!context_.stopping()) {
+      const auto sample = clouds.take();
+      if (!sample) break;
+      ++context_.status.received;
+      context_.status.stream = (*sample)->stream();
+      builder_.stages.add("stereo to mapper",
+                          double(SystemClock().now() - sample->source_time_ns()) * 1e-6);
+      CloudSample cloud = copy(**sample);
+      if (sample->intact())
+        builder_.add_cloud(std::move(cloud), SystemClock().now());
+      else
+        builder_.dropped.add("cloud overwritten before it was read");
+      while (builder_.step(SystemClock().now())) accounted = true;
+    }
+    while (builder_.step(SystemClock().now())) accounted = true;
+    return accounted;
+  }
+
+  /// Memory of its own: the writer may reuse the sample while the cloud waits for positions.
+  static CloudSample copy(const v1::PartialCloud& c) {
+    CloudSample out;
+    const std::size_t pixels = std::size_t(c.width()) * c.height();
+    out.stream = c.stream();
+    out.sequence_number = c.sequence_number();
+    out.exposure_time = c.exposure_time_ns();
+    out.depth_m.assign(c.depth().begin(), c.depth().begin() + pixels);
+    out.confidence.assign(c.confidence().begin(), c.confidence().begin() + pixels);
+    if (c.has_colour() == 1) out.colour.assign(c.colour().begin(), c.colour().begin() + 3 * pixels);
+    for (int i = 0; i < 9; ++i)
+      out.R_camera_rectified(i / 3, i % 3) = c.rotation()[static_cast<std::size_t>(i)];
+    out.frame.width = c.width();
+    out.frame.height = c.height();
+    out.frame.f_px = c.f_px();
+    out.frame.cx_px = c.cx_px();
+    out.frame.cy_px = c.cy_px();
+    out.frame.baseline_m = c.baseline_m();
+    out.frame.sigma_disparity_px = c.sigma_disparity_px();
+    return out;
+  }
+
+  /// Tiles to the network, and to disk where asked for. The paper's method makes its map anew
+  /// first, but only while no cloud waits: it takes seconds.
+  Result<void> hand_on(MapPublisher& publisher, MapStore& store, bool last) {
+    const bool idle = SystemClock().now() - builder_.last_arrival() > kNsPerSecond / 2;
+    if (builder_.needs_rebuild() && (last || idle))
+      if (auto made = builder_.rebuild(); !made) return made;
+    if (builder_.map().changed_tiles().empty()) return {};
+    if (!options_.state.empty()) {
+      const Stopwatch watch;
+      if (auto saved = store.save(builder_, {identity_.map_id, publisher.revision() + 1,
+                                             builder_.account()});
+          !saved)
+        return saved;
+      builder_.stages.add("save state", watch.ms());
+    }
+    return publisher.publish_tiles(builder_);
+  }
+
+  void beat(MapPublisher& publisher) {
+    std::uint32_t validity = v1::STATUS_OK;
+    std::string reason;
+    if (builder_.account().last_frame < 0) {
+      validity = v1::STATUS_FAILED;
+      reason = "no cloud could be placed yet";
+    } else if (SystemClock().now() - builder_.last_arrival() >
+               TimeNs(context_.config.mapper.stale_ms) * 1'000'000) {
+      validity = v1::STATUS_DEGRADED;
+      reason = "no cloud for more than " + std::to_string(context_.config.mapper.stale_ms) + " ms";
+    }
+    publisher.publish_status(builder_, builder_.voxel_m(), validity, reason);
+  }
+
+  void report(const MapPublisher& publisher, const dds::ReaderCounts& clouds,
+              const dds::ReaderCounts& positions) {
+    StatusReporter& s = context_.status;
+    s.published = publisher.published_tiles();
+    s.stages = builder_.stages;
+    s.stages.merge(publisher.stages);
+    s.dropped = builder_.dropped;
+    for (const auto& [cause, count] : publisher.dropped.counts()) s.dropped.add(cause, count);
+    s.dropped.set("cloud broke its contract", clouds.invalid);
+    s.dropped.set("position broke its contract", positions.invalid);
+  }
+
+  Result<void> finish(MapPublisher& publisher, MapStore& store) {
+    if (auto done = hand_on(publisher, store, true); !done) return done;
+    if (auto done = publisher.publish_octree(builder_); !done) return done;
+    beat(publisher);
+    publisher.flush(1s);
+    if (options_.save.empty()) return {};
+    const Stopwatch watch;
+    auto saved = save_map(builder_, options_.save);
+    builder_.stages.add("save map", watch.ms());
+    report(publisher, {}, {});
+    if (saved) log_info("map saved in " + options_.save);
+    return saved;
+  }
+
+  ServiceContext& context_;
+  const Options& options_;
+  MapBuilder builder_;
+  MapPublisher::Identity identity_;
+  Wakeup wakeup_;
+};
+
+}  // namespace
+
+int run_mapper(int argc, char** argv) {
+  Options options;
+  const ServiceInfo info{"cranemap-mapper",
+                         "Clouds and positions to the map: topics partial_cloud and "
+                         "rangefinder_position in;\nmap_tile, height_tile, octree_map and map_status "
+                         "out.\nExample: cranemap-mapper --calibration RECORDING --save OUT",
+                         v1::SERVICE_MAPPER};
+  return run_service(
+      argc, argv, info,
+      [&](CLI::App& app) {
+        app.add_option("--calibration", options.calibration,
+                       "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml")
+            ->required();
+        app.add_option("--save", options.save, "Folder for map.bt, map.ot and map.pcd at the end");
+        app.add_option("--state", options.state,
+                       "Folder that keeps the map over a restart, kill -9 included");
+      },
+      [&](ServiceContext& context) -> Result<void> {
+        auto rig = read_rig(options.calibration);
+        if (!rig) return rig.error();
+        return Service(context, options, *rig).run();
+      });
+}
+
+}  // namespace crane

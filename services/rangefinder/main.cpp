@@ -1,0 +1,3 @@
+#include "rangefinder_player.hpp"
+
+int main(int argc, char** argv) { return crane::run_rangefinder(argc, argv); }

@@ -1,0 +1,197 @@
+#include "rangefinder_player.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "recording/recording.hpp"
+#include "service/play_clock.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Options {
+  std::string recording, rate = "real";
+  bool loop = false, resume = false;
+  std::uint64_t stream = 0;
+  TimeNs start_at = 0;
+};
+
+struct Reading {
+  TimeNs time;
+  double distance_m;
+  std::uint32_t axis;
+};
+
+class Player {
+ public:
+  Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
+         dds::Writer<dds::RangefinderPositionTopic> writer)
+      : context_(context), options_(options), recording_(std::move(recording)), rate_(rate),
+        writer_(std::move(writer)) {
+    for (const RecordedDistance& d : recording_.cart())
+      readings_.push_back({d.time, d.distance_m, v1::AXIS_CART});
+    for (const RecordedDistance& d : recording_.trolley())
+      readings_.push_back({d.time, d.distance_m, v1::AXIS_TROLLEY});
+    std::stable_sort(readings_.begin(), readings_.end(),
+                     [](const Reading& a, const Reading& b) { return a.time < b.time; });
+  }
+
+  Result<void> play() {
+    status().expected = options_.loop ? 0 : readings_.size();
+    status().stream = options_.stream;
+    for (bool said = false; writer_.matched() == 0 && !context_.stopping(); said = true) {
+      if (!said) log_info("waiting for a reader of rangefinder_position");
+      status().tick();
+      std::this_thread::sleep_for(10ms);
+    }
+    const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
+    if (!played || context_.stopping()) return played;
+    (void)writer_.wait_for_readers(5s);
+    status().finished = true;
+    status().tick(true);
+    log_info("end of the recording: " + std::to_string(status().published) + " readings published");
+    return {};
+  }
+
+ private:
+  StatusReporter& status() { return context_.status; }
+
+  Result<void> play_timed() {
+    const SystemClock wall;
+    const PlayClock clock(rate_, recording_.start(),
+                          options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    for (std::size_t n = 0; (options_.loop || n < readings_.size()) && !context_.stopping(); ++n) {
+      const Reading& r = readings_[n % readings_.size()];
+      const TimeNs time = r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
+      if (options_.resume && clock.due(time) < wall.now() - kNsPerSecond) {
+        status().dropped.add("skipped after a restart");
+        continue;
+      }
+      while (wall.now() < clock.due(time) && !context_.stopping()) {
+        status().tick();
+        std::this_thread::sleep_for(
+            std::chrono::nanoseconds(std::min<TimeNs>(clock.due(time) - wall.now(), 50'000'000)));
+      }
+      if (context_.stopping()) break;
+      send(r, time);
+    }
+    return {};
+  }
+
+  /// Readings up to a few frames beyond what the map has accounted for; sent again when the mapper
+  /// falls back, or when nothing moves.
+  Result<void> play_paced() {
+    Wakeup wakeup;
+    auto progress = MapProgress::create(context_.participant, &wakeup, options_.stream);
+    if (!progress) return progress.error();
+    constexpr std::int64_t kAhead = 5;
+    constexpr TimeNs kMargin = kNsPerSecond;
+    const auto frames = static_cast<std::int64_t>(recording_.frames().size());
+    std::int64_t accounted = -2;
+    std::size_t next = 0;
+    Stopwatch since_progress;
+    while (!context_.stopping()) {
+      const std::int64_t heard = progress->poll().value_or(-1);
+      const bool stuck = since_progress.ms() > 3000;
+      if (heard < accounted || accounted == -2 || stuck) {
+        const TimeNs from =
+            recording_.frame_time(std::clamp<std::int64_t>(heard + 1, 0, frames - 1)) - kMargin;
+        next = static_cast<std::size_t>(
+            std::lower_bound(readings_.begin(), readings_.end(), from,
+                             [](const Reading& r, TimeNs t) { return r.time < t; }) -
+            readings_.begin());
+      }
+      if (heard != accounted || stuck) since_progress = {};
+      accounted = heard;
+      const bool all = accounted + kAhead >= frames;
+      const TimeNs until = all ? readings_.back().time
+                               : recording_.frame_time(accounted + kAhead) + kMargin;
+      for (; next < readings_.size() && readings_[next].time <= until; ++next)
+        send(readings_[next], readings_[next].time);
+      if (accounted >= frames - 1) return {};
+      status().tick();
+      wakeup.wait_for(20ms);
+    }
+    return {};
+  }
+
+  void send(const Reading& r, TimeNs time) {
+    if (!std::isfinite(r.distance_m)) {
+      // Said to be failed rather than left out: the mapper then knows why there is a gap.
+      status().dropped.add("device gave no distance");
+    }
+    v1::RangefinderPosition sample;
+    const bool cart = r.axis == v1::AXIS_CART;
+    const RangefinderModel& model = cart ? recording_.cart_model() : recording_.trolley_model();
+    sample.crane(context_.participant->settings().crane);
+    sample.axis(r.axis);
+    sample.stream(options_.stream);
+    sample.sequence_number(sequence_[cart ? 0 : 1]++);
+    sample.time_ns(time);
+    sample.distance_m(std::isfinite(r.distance_m) ? r.distance_m : 0);
+    sample.accuracy_m(model.accuracy_m);
+    const bool in_range = std::abs(r.distance_m) <= model.range_m;
+    if (std::isfinite(r.distance_m) && !in_range) status().dropped.add("beyond the device's range");
+    sample.device_status(in_range ? v1::STATUS_OK : v1::STATUS_FAILED);
+    ++status().received;
+    if (auto sent = writer_.write(sample); !sent) {
+      status().dropped.add("not accepted by DDS");
+      log_warning(sent.error().text());
+      return;
+    }
+    ++status().published;
+  }
+
+  ServiceContext& context_;
+  const Options& options_;
+  Recording recording_;
+  PlayRate rate_;
+  dds::Writer<dds::RangefinderPositionTopic> writer_;
+  std::vector<Reading> readings_;
+  std::uint64_t sequence_[2] = {0, 0};
+};
+
+}  // namespace
+
+int run_rangefinder(int argc, char** argv) {
+  Options options;
+  const ServiceInfo info{"cranemap-rangefinder",
+                         "Plays cart and trolley of a recording as topic rangefinder_position.\n"
+                         "Example: cranemap-rangefinder RECORDING --rate real",
+                         v1::SERVICE_RANGEFINDER};
+  return run_service(
+      argc, argv, info,
+      [&](CLI::App& app) {
+        app.add_option("RECORDING", options.recording, "Folder in ASL/EuRoC layout")->required();
+        app.add_option("--rate", options.rate,
+                       "real, a factor of it, or max: as fast as the mapper takes frames")
+            ->capture_default_str();
+        app.add_flag("--loop", options.loop, "Start over at the end (not with --rate max)");
+        app.add_option("--stream", options.stream, "Stream of the camera, for --rate max; 0 = a random one");
+        app.add_option("--start-at", options.start_at,
+                       "Wall time [ns] of the recording's first instant; 0 = now");
+        app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");
+      },
+      [&](ServiceContext& context) -> Result<void> {
+        auto recording = Recording::open(options.recording);
+        if (!recording) return recording.error();
+        auto rate = parse_rate(options.rate);
+        if (!rate) return rate.error();
+        if (rate->paced_by_map() && options.loop)
+          return Error{ErrorCode::kConfiguration, "--loop", "does not go with --rate max", ""};
+        if (options.stream == 0) options.stream = std::random_device{}() | 1U;
+        auto writer = dds::Writer<dds::RangefinderPositionTopic>::create(context.participant);
+        if (!writer) return writer.error();
+        return Player(context, options, std::move(*recording), *rate, std::move(*writer)).play();
+      });
+}
+
+}  // namespace crane

@@ -1,0 +1,3 @@
+#include "stereo_service.hpp"
+
+int main(int argc, char** argv) { return crane::run_stereo(argc, argv); }

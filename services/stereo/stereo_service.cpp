@@ -1,0 +1,183 @@
+#include "stereo_service.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "recording/calibration.hpp"
+#include "service/run_service.hpp"
+#include "stereo/stereo_stage.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+StereoSettings to_settings(const StereoConfig& c) {
+  StereoSettings s;
+  s.matcher = c.matcher == StereoConfig::Matcher::kBlock ? StereoSettings::Matcher::kBlock
+                                                         : StereoSettings::Matcher::kSemiGlobal;
+  s.paper = c.paper;
+  s.block_px = c.block_px;
+  s.speckle_window_px = c.speckle_window_px;
+  s.uniqueness_percent = c.uniqueness_percent;
+  s.left_right_px = c.left_right_px;
+  s.nearest_m = c.nearest_m;
+  s.farthest_m = c.farthest_m;
+  return s;
+}
+
+class Service {
+ public:
+  Service(ServiceContext& context, StereoStage stage, dds::Writer<dds::PartialCloudTopic> clouds)
+      : context_(context), stage_(std::move(stage)), clouds_(std::move(clouds)) {}
+
+  Result<void> run() {
+    Wakeup wakeup;
+    auto frames = dds::Reader<dds::StereoFrameTopic>::create(context_.participant, &wakeup);
+    if (!frames) return frames.error();
+    while (!context_.stopping()) {
+      wakeup.wait_for(50ms);
+      while (!context_.stopping()) {
+        const auto frame = frames->take();
+        if (!frame) break;
+        status().stages.add("camera to stereo", double(SystemClock().now() - frame->source_time_ns()) * 1e-6);
+        work(*frame);
+      }
+      const dds::ReaderCounts counts = frames->counts();
+      status().dropped.set("frame broke its contract", counts.invalid);
+      status().tick();
+    }
+    return {};
+  }
+
+ private:
+  StatusReporter& status() { return context_.status; }
+
+  void work(const dds::Received<v1::StereoFrame>& received) {
+    const v1::StereoFrame& frame = *received;
+    ++status().received;
+    track(frame);
+    v1::PartialCloud* cloud = clouds_.loan();
+    if (cloud == nullptr) {
+      status().dropped.add("no free cloud memory");
+      return;
+    }
+    const Stopwatch watch;
+    const bool colour = frame.encoding() == v1::ENCODING_BGR8;
+    const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
+    const StereoImages images{frame.left().data(), frame.right().data(), frame.width(),
+                              frame.height(), colour ? 3U : 1U};
+    const auto report =
+        stage_.process(images, {{cloud->depth().data(), pixels},
+                                {cloud->confidence().data(), pixels},
+                                {cloud->colour().data(), colour ? 3 * pixels : 0}});
+    if (!report) {
+      refuse(*cloud, "frame does not fit the calibration", report.error().text());
+      return;
+    }
+    fill_header(frame, colour, report->matched, *cloud);
+    if (!received.intact()) {
+      refuse(*cloud, "frame overwritten while in work",
+             "this host is too slow for the camera's rate");
+      return;
+    }
+    status().stages.add("rectify", report->rectify_ms);
+    status().stages.add("match", report->match_ms);
+    status().stages.add("depth", report->depth_ms);
+    status().stages.add("partial cloud", watch.ms());
+    if (auto sent = clouds_.publish(cloud); !sent) {
+      status().dropped.add("not accepted by DDS");
+      log_warning(sent.error().text());
+      return;
+    }
+    ++status().published;
+  }
+
+  /// Counts what never arrived: numbers of one stream have no gaps at the source.
+  void track(const v1::StereoFrame& frame) {
+    if (frame.stream() != status().stream) {
+      status().stream = frame.stream();
+    } else if (frame.sequence_number() > last_ + 1) {
+      status().dropped.add("frame never arrived", frame.sequence_number() - last_ - 1);
+      missing_ += frame.sequence_number() - last_ - 1;
+    }
+    last_ = frame.sequence_number();
+  }
+
+  void refuse(v1::PartialCloud& cloud, const char* cause, const std::string& text) {
+    clouds_.discard(&cloud);
+    status().dropped.add(cause);
+    status().status = v1::STATUS_DEGRADED;
+    if (status().message != text) log_warning(text);
+    status().message = text;
+  }
+
+  void fill_header(const v1::StereoFrame& frame, bool colour, std::uint32_t matched,
+                   v1::PartialCloud& cloud) {
+    const RectifiedCamera& camera = stage_.camera();
+    cloud.crane(frame.crane());
+    cloud.has_colour(colour ? 1 : 0);
+    cloud.stream(frame.stream());
+    cloud.sequence_number(frame.sequence_number());
+    cloud.exposure_time_ns(frame.exposure_time_ns());
+    cloud.f_px(camera.f_px);
+    cloud.cx_px(camera.cx_px);
+    cloud.cy_px(camera.cy_px);
+    cloud.baseline_m(camera.baseline_m);
+    cloud.sigma_disparity_px(context_.config.stereo.sigma_disparity_px);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        cloud.rotation()[static_cast<std::size_t>(3 * r + c)] = camera.R_camera_rectified(r, c);
+    cloud.width(camera.width);
+    cloud.height(camera.height);
+    cloud.matched_pixels(matched);
+    cloud.camera_dropped(static_cast<std::uint32_t>(missing_));
+  }
+
+  ServiceContext& context_;
+  StereoStage stage_;
+  dds::Writer<dds::PartialCloudTopic> clouds_;
+  std::uint64_t last_ = 0, missing_ = 0;
+};
+
+}  // namespace
+
+int run_stereo(int argc, char** argv) {
+  std::string calibration;
+  const ServiceInfo info{"cranemap-stereo",
+                         "Stereo frames to organised clouds: topic stereo_frame in, partial_cloud "
+                         "out.\nExample: cranemap-stereo --calibration RECORDING",
+                         v1::SERVICE_STEREO};
+  return run_service(
+      argc, argv, info,
+      [&](CLI::App& app) {
+        app.add_option("--calibration", calibration,
+                       "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml")
+            ->required();
+      },
+      [&](ServiceContext& context) -> Result<void> {
+        auto rig = read_rig(calibration);
+        if (!rig) return rig.error();
+        if (std::uint64_t(rig->left.width) * rig->left.height > v1::MAX_PIXELS)
+          return Error{ErrorCode::kConfiguration, calibration,
+                       "images of " + std::to_string(rig->left.width) + " x " +
+                           std::to_string(rig->left.height) + " do not fit a stereo frame",
+                       "set the camera to 1280 x 720 or less"};
+        auto stage = StereoStage::create(*rig, to_settings(context.config.stereo));
+        if (!stage) return stage.error();
+        char text[160];
+        const double fb = stage->camera().f_px * stage->camera().baseline_m;
+        const int first = stage->first_disparity_px();
+        const int last = first + stage->disparities_px() - 1;
+        std::snprintf(text, sizeof text, "searching %d..%d px: depths %.2f..%.2f m", first, last,
+                      fb / last, first > 0 ? fb / first : 1e3);
+        log_info(text);
+        auto clouds = dds::Writer<dds::PartialCloudTopic>::create(context.participant);
+        if (!clouds) return clouds.error();
+        return Service(context, std::move(*stage), std::move(*clouds)).run();
+      });
+}
+
+}  // namespace crane

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/site_config.hpp"
+#include "dds/participant.hpp"
+#include "service/exit_code.hpp"
+#include "service/status_reporter.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace crane {
+
+/// What the body of a service gets: configuration read, network joined, signals handled.
+struct ServiceContext {
+  SiteConfig config;
+  std::shared_ptr<dds::Participant> participant;
+  StatusReporter status;
+
+  /// True after SIGTERM or SIGINT.
+  [[nodiscard]] bool stopping() const;
+};
+
+struct ServiceInfo {
+  std::string name;         ///< "cranemap-camera"
+  std::string description;  ///< first lines of --help
+  std::uint32_t service;    ///< v1::SERVICE_*
+};
+
+/// The whole main() of a service: arguments, configuration, log, network, signals, last status.
+/// Returns the exit code: 0, 2 configuration, 3 resource.
+int run_service(int argc, char** argv, const ServiceInfo& info,
+                const std::function<void(CLI::App&)>& add_options,
+                const std::function<Result<void>(ServiceContext&)>& body);
+
+/// Sets the flag behind stopping() on SIGTERM and SIGINT; ignores SIGPIPE.
+void handle_signals();
+bool stop_requested();
+
+dds::Settings to_settings(const SiteConfig& config);
+
+}  // namespace crane

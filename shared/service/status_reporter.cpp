@@ -1,0 +1,89 @@
+#include "service/status_reporter.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "bounds.h"
+
+namespace crane {
+namespace {
+
+double cpu_seconds() {
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  return double(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+         1e-6 * double(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+}
+
+std::uint64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t total = 0;
+  std::uint64_t resident = 0;
+  statm >> total >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer, std::uint32_t crane,
+                               std::uint32_t service)
+    : writer_(std::move(writer)), crane_(crane), service_(service),
+      start_ns_(SystemClock().now()), last_(std::chrono::steady_clock::now()) {}
+
+Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Participant>& participant,
+                                              std::uint32_t service) {
+  auto writer = dds::Writer<dds::ServiceStatusTopic>::create(participant);
+  if (!writer) return writer.error();
+  return StatusReporter(std::move(*writer), participant->settings().crane, service);
+}
+
+void StatusReporter::tick(bool now) {
+  const auto time = std::chrono::steady_clock::now();
+  if (!now && time - last_ < std::chrono::seconds(1)) return;
+  last_ = time;
+  v1::ServiceStatus s;
+  s.crane(crane_);
+  s.service(service_);
+  s.sequence_number(sequence_++);
+  s.time_ns(SystemClock().now());
+  s.start_ns(start_ns_);
+  s.pid(static_cast<std::uint32_t>(getpid()));
+  s.status(status);
+  s.stream(stream);
+  s.received(received);
+  s.published(published);
+  s.expected(expected);
+  s.finished(finished ? 1 : 0);
+  s.cpu_seconds(cpu_seconds());
+  s.memory_bytes(resident_bytes());
+  for (const auto& [cause, count] : dropped.counts()) {
+    if (s.dropped().size() == v1::MAX_CAUSES) break;
+    v1::DropCount entry;
+    entry.cause(cause.substr(0, 63).c_str());
+    entry.count(count);
+    s.dropped().push_back(entry);
+  }
+  for (const StageSummary& stage : stages.summary()) {
+    if (s.stages().size() == v1::MAX_STAGES) break;
+    v1::StageTime entry;
+    entry.stage(stage.name.substr(0, 63).c_str());
+    entry.count(stage.count);
+    entry.p50_ms(stage.p50_ms);
+    entry.p99_ms(stage.p99_ms);
+    entry.max_ms(stage.max_ms);
+    s.stages().push_back(entry);
+  }
+  s.version(CRANEMAP_VERSION);
+  s.build_type(CRANEMAP_BUILD_TYPE);
+  s.message(message.substr(0, 255).c_str());
+  (void)writer_.write(s);  // a status that cannot be sent is repeated in a second
+}
+
+void StatusReporter::flush(std::chrono::milliseconds limit) {
+  tick(true);
+  (void)writer_.wait_for_readers(limit);
+}
+
+}  // namespace crane

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/stage_times.hpp"
+#include "dds/endpoints.hpp"
+
+namespace crane {
+
+/// What one service tells the world once a second: counts, causes of drops, stage times.
+/// One thread.
+class StatusReporter {
+ public:
+  /// `service`: v1::SERVICE_*.
+  static Result<StatusReporter> create(const std::shared_ptr<dds::Participant>& participant,
+                                       std::uint32_t service);
+
+  StageTimes stages;
+  DropCounts dropped;
+  std::uint64_t received = 0, published = 0, expected = 0, stream = 0;
+  bool finished = false;
+  std::uint32_t status = 0;  ///< v1::STATUS_*
+  std::string message;
+
+  /// Publishes when a second has passed, or at once when `now` is set.
+  void tick(bool now = false);
+  /// Publishes and waits up to `limit` until readers have it.
+  void flush(std::chrono::milliseconds limit);
+
+ private:
+  StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer, std::uint32_t crane,
+                 std::uint32_t service);
+  dds::Writer<dds::ServiceStatusTopic> writer_;
+  std::uint32_t crane_, service_;
+  std::uint64_t sequence_ = 0;
+  TimeNs start_ns_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace crane
