@@ -196,6 +196,10 @@ class Service {
       validity = v1::STATUS_DEGRADED;
       reason = "no cloud for more than " + std::to_string(context_.config.mapper.stale_ms) + " ms";
     }
+    if (builder_.needs_rebuild()) {
+      validity = v1::STATUS_DEGRADED;
+      reason = "paper: the map is made anew when no cloud waits";
+    }
     publisher.publish_status(builder_, builder_.voxel_m(), validity, reason);
   }
 

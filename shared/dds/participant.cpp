@@ -24,6 +24,28 @@ using eprosima::fastrtps::Duration_t;
 /// clouds of full size in data-sharing pools.
 constexpr std::uint64_t kZeroCopyBytes = 68U << 20U;
 
+/// Fast DDS messages go where ours go: one place to look, and stdout stays the program's own.
+class LogBridge final : public fdds::LogConsumer {
+ public:
+  void Consume(const fdds::Log::Entry& entry) override {
+    const std::string text = "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
+    if (entry.kind == fdds::Log::Kind::Error)
+      log_error(text);
+    else
+      log_warning(text);
+  }
+};
+
+void use_our_log() {
+  static const bool done = [] {
+    fdds::Log::ClearConsumers();
+    fdds::Log::RegisterConsumer(std::make_unique<LogBridge>());
+    fdds::Log::SetVerbosity(fdds::Log::Kind::Warning);
+    return true;
+  }();
+  (void)done;
+}
+
 /// Transport and discovery that lose nothing; measured, see docs/decisions/0003-transport.md.
 void set_transport(fdds::DomainParticipantQos& qos, const Settings& settings) {
   qos.transport().use_builtin_transports = false;
@@ -79,7 +101,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   if (settings.domain > 232)
     return Error{ErrorCode::kConfiguration, "dds.domain",
                  std::to_string(settings.domain) + " is outside 0..232", "choose a smaller domain"};
-  fdds::Log::SetVerbosity(fdds::Log::Kind::Warning);
+  use_our_log();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   impl->zero_copy = settings.transport == Transport::kAuto;

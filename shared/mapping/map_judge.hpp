@@ -4,16 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace crane {
+#include "recording/truth.hpp"
 
-/// Heights on a regular grid of columns (x) and rows (y); row 0 has the lowest y.
-struct HeightMap {
-  double cell_m = 0;
-  double origin_x_m = 0, origin_y_m = 0;  ///< corner of cell (0, 0)
-  std::uint32_t columns = 0, rows = 0;
-  static constexpr std::uint16_t kNeverSeen = 65'535;
-  std::vector<std::uint16_t> height_mm;  ///< above the floor; row by row
-};
+namespace crane {
 
 /// An occupied cube of a map; `size_m` is a multiple of the voxel size.
 struct OccupiedCube {

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace crane {
+
+/// Each adds a subcommand; the returned function runs it and gives the exit code.
+using Command = std::function<int()>;
+Command add_run_command(CLI::App& app);
+Command add_demo_command(CLI::App& app);
+Command add_simulate_command(CLI::App& app);
+Command add_watch_command(CLI::App& app);
+Command add_evaluate_command(CLI::App& app);
+
+}  // namespace crane

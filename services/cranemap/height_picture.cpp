@@ -1,0 +1,142 @@
+#include "height_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace crane {
+namespace {
+
+const cv::Scalar kInk(40, 40, 40);
+constexpr int kLeft = 70, kTop = 60, kBottom = 60, kRight = 130;
+
+struct Bounds {
+  int column0 = 0, column1 = 0, row0 = 0, row1 = 0;
+};
+
+/// The part of the grid where anything is known.
+Bounds known_part(const client::HeightGrid& g) {
+  Bounds b{int(g.columns), 0, int(g.rows), 0};
+  for (int r = 0; r < int(g.rows); ++r)
+    for (int c = 0; c < int(g.columns); ++c)
+      if (g.cells[std::size_t(r) * g.columns + std::size_t(c)].surface != client::Surface::kUnknown) {
+        b.column0 = std::min(b.column0, c), b.column1 = std::max(b.column1, c + 1);
+        b.row0 = std::min(b.row0, r), b.row1 = std::max(b.row1, r + 1);
+      }
+  return b;
+}
+
+void text(cv::Mat& image, const std::string& s, cv::Point at, double size,
+          const cv::Scalar& colour = kInk) {
+  cv::putText(image, s, at, cv::FONT_HERSHEY_SIMPLEX, size, colour, 1, cv::LINE_AA);
+}
+
+std::string metres(double m, int digits) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.*f", digits, m);
+  return buffer;
+}
+
+cv::Vec3b colour_of(double share) {
+  static const cv::Mat table = [] {
+    cv::Mat grey(1, 256, CV_8U);
+    for (int i = 0; i < 256; ++i) grey.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
+    cv::Mat out;
+    cv::applyColorMap(grey, out, cv::COLORMAP_TURBO);
+    return out;
+  }();
+  // The ends of turbo are nearly black: leave them out.
+  return table.at<cv::Vec3b>(int(18 + std::clamp(share, 0.0, 1.0) * 225));
+}
+
+}  // namespace
+
+Result<void> draw_heights(const std::string& png_path, const client::HeightGrid& g,
+                          const std::vector<ObstacleHeight>& obstacles, const std::string& title) {
+  if (g.cells.empty())
+    return Error{ErrorCode::kNotAvailable, png_path, "there is no map to draw", ""};
+  const Bounds b = known_part(g);
+  if (b.column1 <= b.column0)
+    return Error{ErrorCode::kNotAvailable, png_path, "nothing is known of the map yet", ""};
+  const int columns = b.column1 - b.column0;
+  const int rows = b.row1 - b.row0;
+  const double px = std::clamp(1100.0 / columns, 0.25, 24.0);  // pixels a column
+  const int width = int(columns * px);
+  const int height = int(rows * px);
+  cv::Mat image(kTop + height + kBottom, kLeft + width + kRight, CV_8UC3, cv::Scalar(255, 255, 255));
+
+  std::vector<double> known;
+  for (const client::Height& c : g.cells)
+    if (c.surface != client::Surface::kUnknown) known.push_back(c.height_m);
+  const auto top = known.begin() + std::ptrdiff_t(double(known.size() - 1) * 0.999);
+  std::nth_element(known.begin(), top, known.end());
+  const double high = std::max(0.1, *top);
+
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const int column = b.column0 + int(x / px);
+      const int row = b.row1 - 1 - int(y / px);
+      const client::Height& c = g.cells[std::size_t(row) * g.columns + std::size_t(column)];
+      auto& out = image.at<cv::Vec3b>(kTop + y, kLeft + x);
+      if (c.surface == client::Surface::kUnknown)
+        out = (x + y) % 9 < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(232, 232, 232);
+      else
+        out = colour_of(c.height_m / high);
+    }
+  cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
+
+  const auto to_x = [&](double m) { return kLeft + int(((m - g.origin_x_m) / g.cell_m - b.column0) * px); };
+  const auto to_y = [&](double m) { return kTop + int((b.row1 - (m - g.origin_y_m) / g.cell_m) * px); };
+  const double span = columns * g.cell_m;
+  const double step = span > 30 ? 5 : span > 12 ? 2 : span > 5 ? 1 : 0.5;
+  for (double m = std::ceil((g.origin_x_m + b.column0 * g.cell_m) / step) * step; to_x(m) <= kLeft + width; m += step) {
+    cv::line(image, {to_x(m), kTop + height}, {to_x(m), kTop + height + 5}, kInk);
+    text(image, metres(m, step < 1 ? 1 : 0), {to_x(m) - 8, kTop + height + 20}, 0.42);
+  }
+  for (double m = std::ceil((g.origin_y_m + b.row0 * g.cell_m) / step) * step; to_y(m) >= kTop; m += step) {
+    cv::line(image, {kLeft - 6, to_y(m)}, {kLeft - 1, to_y(m)}, kInk);
+    text(image, metres(m, step < 1 ? 1 : 0), {kLeft - 36, to_y(m) + 5}, 0.42);
+  }
+  text(image, "x along the runway [m]", {kLeft + width / 2 - 80, kTop + height + 42}, 0.48);
+  text(image, "y [m]", {10, kTop + 14}, 0.48);
+  text(image, title, {kLeft, 34}, 0.62);
+
+  for (const ObstacleHeight& o : obstacles) {
+    if (o.columns == 0) continue;
+    const std::string label = o.name + " " + metres(o.measured_m, 3) + " m";
+    const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, 0.46, 1, nullptr);
+    const cv::Point at(std::clamp(to_x(o.x_m) - size.width / 2, kLeft, kLeft + width - size.width),
+                       to_y(o.y_m) + 5);
+    cv::rectangle(image, {at.x - 3, at.y - size.height - 3, size.width + 6, size.height + 8},
+                  cv::Scalar(255, 255, 255), cv::FILLED);
+    text(image, label, at, 0.46);
+  }
+
+  const int bar_x = kLeft + width + 30;
+  const int bar_height = std::max(40, height - 60);
+  for (int y = 0; y < bar_height; ++y)
+    cv::line(image, {bar_x, kTop + y}, {bar_x + 22, kTop + y},
+             cv::Scalar(colour_of(1 - double(y) / bar_height)));
+  cv::rectangle(image, {bar_x, kTop, 23, bar_height}, kInk);
+  for (int i = 0; i <= 4; ++i)
+    text(image, metres(high * (4 - i) / 4, 2) + (i == 0 ? " m" : ""),
+         {bar_x + 30, kTop + bar_height * i / 4 + 5}, 0.42);
+  for (int y = 0; y < 18; ++y)
+    for (int x = 0; x < 22; ++x)
+      image.at<cv::Vec3b>(kTop + bar_height + 25 + y, bar_x + x) =
+          (x + y) % 9 < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(232, 232, 232);
+  text(image, "unknown", {bar_x + 30, kTop + bar_height + 39}, 0.42);
+
+  bool written = false;
+  try {
+    written = cv::imwrite(png_path, image);
+  } catch (const cv::Exception&) {
+    written = false;
+  }
+  if (!written)
+    return Error{ErrorCode::kResource, png_path, "cannot be written", "check permissions and free space"};
+  return {};
+}
+
+}  // namespace crane

@@ -1,0 +1,51 @@
+#include "obstacle_heights.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crane {
+
+std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
+                                    const std::vector<TrueObstacle>& obstacles) {
+  std::vector<ObstacleHeight> out;
+  for (const TrueObstacle& o : obstacles) {
+    ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, 0};
+    std::vector<double> heights;
+    for (std::uint32_t row = 0; row < grid.rows; ++row)
+      for (std::uint32_t column = 0; column < grid.columns; ++column) {
+        const client::Height& cell = grid.cells[std::size_t(row) * grid.columns + column];
+        const double x = grid.origin_x_m + (column + 0.5) * grid.cell_m;
+        const double y = grid.origin_y_m + (row + 0.5) * grid.cell_m;
+        if (cell.surface == client::Surface::kUnknown ||
+            std::hypot(x - o.x_m, y - o.y_m) > 0.7 * o.inner_radius_m())
+          continue;
+        heights.push_back(cell.height_m);
+      }
+    h.columns = heights.size();
+    if (!heights.empty()) {
+      const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+      std::nth_element(heights.begin(), middle, heights.end());
+      h.measured_m = *middle;
+    }
+    out.push_back(h);
+  }
+  return out;
+}
+
+HeightMap to_height_map(const client::HeightGrid& grid) {
+  HeightMap map;
+  map.cell_m = grid.cell_m;
+  map.origin_x_m = grid.origin_x_m;
+  map.origin_y_m = grid.origin_y_m;
+  map.columns = grid.columns;
+  map.rows = grid.rows;
+  map.height_mm.reserve(grid.cells.size());
+  for (const client::Height& cell : grid.cells)
+    map.height_mm.push_back(
+        cell.surface == client::Surface::kUnknown
+            ? HeightMap::kNeverSeen
+            : static_cast<std::uint16_t>(std::lround(std::clamp(cell.height_m * 1000, 0.0, 65'534.0))));
+  return map;
+}
+
+}  // namespace crane

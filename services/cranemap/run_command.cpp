@@ -1,0 +1,419 @@
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <random>
+#include <thread>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "child_process.hpp"
+#include "commands.hpp"
+#include "crane/client/map.hpp"
+#include "height_picture.hpp"
+#include "map_codec/octomap_file.hpp"
+#include "progress.hpp"
+#include "recording/recording.hpp"
+#include "run_report.hpp"
+#include "service/play_clock.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr int kMaxRestarts = 5;
+constexpr double kNoProgressMs = 60'000;
+constexpr double kSettleMs = 3'000;
+
+struct Options {
+  std::string recording, out, config, method, rate = "max", transport;
+  double voxel_m = -1;
+  int domain = -1;
+};
+
+int fail(const Error& error) {
+  log_error(error.text());
+  return exit_code(error);
+}
+
+client::Options client_options(const SiteConfig& c) {
+  client::Options o;
+  o.crane = static_cast<std::uint32_t>(c.crane);
+  o.domain = static_cast<std::uint32_t>(c.dds.domain);
+  o.udp_only = c.dds.udp_only;
+  o.interfaces = c.dds.interfaces;
+  o.profile_file = c.dds.profile_file;
+  o.profile_name = c.dds.profile_name;
+  return o;
+}
+
+/// The services of one run as processes: started, watched, started again when killed.
+class Services {
+ public:
+  Services(fs::path programs, fs::path out) : programs_(std::move(programs)), out_(std::move(out)) {}
+
+  Result<void> start(const std::string& name, std::vector<std::string> arguments,
+                     std::vector<std::string> when_restarted) {
+    arguments.insert(arguments.begin(), programs_ / ("cranemap-" + name));
+    auto process = ChildProcess::start(arguments, log_of(name));
+    if (!process) return process.error();
+    services_.push_back({name, std::move(arguments), std::move(when_restarted), std::move(*process)});
+    return {};
+  }
+
+  /// Restarts what died by a signal. Error: a service that ended by itself with a failure.
+  Result<void> watch() {
+    for (Service& s : services_) {
+      const auto ended = s.process.poll();
+      if (!ended || s.done) continue;
+      if (!ended->by_signal && ended->code == 0) {
+        s.done = true;
+        continue;
+      }
+      if (!ended->by_signal || restarts_[s.name] == kMaxRestarts)
+        return Error{ended->code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
+                     "cranemap-" + s.name,
+                     (ended->by_signal ? "was killed again and again, by signal " : "ended with exit code ") +
+                         std::to_string(ended->code) + ": " + last_line(log_of(s.name)),
+                     "its log: " + log_of(s.name)};
+      ++restarts_[s.name];
+      log_warning("cranemap-" + s.name + " was killed by signal " + std::to_string(ended->code) +
+                  ": starting it again");
+      std::vector<std::string> command = s.command;
+      command.insert(command.end(), s.when_restarted.begin(), s.when_restarted.end());
+      auto process = ChildProcess::start(command, log_of(s.name));
+      if (!process) return process.error();
+      s.process = std::move(*process);
+    }
+    return {};
+  }
+
+  [[nodiscard]] bool ended(const std::string& name) const {
+    for (const Service& s : services_)
+      if (s.name == name) return s.done;
+    return true;
+  }
+
+  Result<void> stop(const std::string& name, int limit_ms) {
+    for (Service& s : services_) {
+      if (s.name != name) continue;
+      const ChildProcess::Exit exit = s.process.stop(limit_ms);
+      s.done = true;
+      if (!exit.by_signal && exit.code == 0) return {};
+      return Error{exit.code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
+                   "cranemap-" + name, last_line(log_of(name)), "its log: " + log_of(name)};
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::map<std::string, int> restarts() const {
+    std::map<std::string, int> out;
+    for (const auto& [name, count] : restarts_)
+      if (count > 0) out[name] = count;
+    return out;
+  }
+
+ private:
+  struct Service {
+    std::string name;
+    std::vector<std::string> command, when_restarted;
+    ChildProcess process;
+    bool done = false;
+  };
+  [[nodiscard]] std::string log_of(const std::string& name) const {
+    return out_ / "logs" / (name + ".log");
+  }
+  static std::string last_line(const std::string& path) {
+    std::ifstream file(path);
+    std::string line, last;
+    while (std::getline(file, line))
+      if (line.find("ERROR") != std::string::npos || last.empty()) last = line;
+    return last;
+  }
+  fs::path programs_, out_;
+  std::vector<Service> services_;
+  std::map<std::string, int> restarts_;
+};
+
+class Run {
+ public:
+  explicit Run(const Options& options) : options_(options) {}
+
+  int execute() {
+    if (auto ready = prepare(); !ready) return fail(ready.error());
+    if (auto started = start_services(); !started) return fail(started.error());
+    if (auto played = follow(); !played) return fail(played.error());
+    auto closed = close();
+    if (!closed) return fail(closed.error());
+    print(report_);
+    std::printf("\nfiles in %s:", options_.out.c_str());
+    for (const auto& [name, bytes] : report_.files) std::printf(" %s", name.c_str());
+    std::printf("\n");
+    if (stop_requested()) return kExitDataLost;
+    if (report_.map.frames_integrated == report_.frames) return kExitOk;
+    log_error(std::to_string(report_.frames - report_.map.frames_integrated) +
+              " frame(s) are not in the map; the causes are counted above and in report.json");
+    return kExitDataLost;
+  }
+
+ private:
+  Result<void> prepare() {
+    if (!options_.config.empty()) {
+      auto read = read_site_config(options_.config);
+      if (!read) return read.error();
+      config_ = *read;
+    }
+    if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
+    if (options_.domain >= 0) config_.dds.domain = options_.domain;
+    if (!options_.transport.empty()) config_.dds.udp_only = options_.transport == "udp";
+    if (!options_.method.empty()) {
+      const bool paper = options_.method == "paper";
+      config_.mapper.method = paper ? MapperConfig::Method::kPaper : MapperConfig::Method::kDefault;
+      config_.stereo.paper = paper;
+    }
+    auto rate = parse_rate(options_.rate);
+    if (!rate) return rate.error();
+    rate_ = *rate;
+    auto recording = Recording::open(options_.recording);
+    if (!recording) return recording.error();
+    report_.frames = recording->frames().size();
+    start_at_needed_ = !rate_.paced_by_map();
+    std::error_code failed;
+    fs::create_directories(fs::path(options_.out) / "logs", failed);
+    if (!failed) fs::remove_all(fs::path(options_.out) / "state", failed);
+    std::ofstream effective(fs::path(options_.out) / "config.yaml");
+    effective << to_yaml(config_);
+    effective.close();
+    if (failed || !effective)
+      return Error{ErrorCode::kResource, options_.out, "cannot be written",
+                   "give --out a folder on a disk with free space that you may write"};
+    for (const char* old : {"mapper", "stereo", "rangefinder", "camera"})
+      fs::remove(fs::path(options_.out) / "logs" / (std::string(old) + ".log"), failed);
+    // Parsed back, so that what the services read is known to be good.
+    if (auto again = parse_site_config(to_yaml(config_), "--config and options"); !again)
+      return again.error();
+    return {};
+  }
+
+  Result<void> start_services() {
+    auto participant = dds::Participant::create(to_settings(config_), "cranemap-run");
+    if (!participant) return participant.error();
+    auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup_);
+    if (!statuses) return statuses.error();
+    statuses_.emplace(std::move(*statuses));
+    std::string why;
+    map_ = client::Map::join(client_options(config_), why);
+    if (!map_) return Error{ErrorCode::kResource, "DDS", why, ""};
+
+    std::error_code failed;
+    const fs::path programs = fs::read_symlink("/proc/self/exe", failed).parent_path();
+    services_.emplace(programs, options_.out);
+    const std::string config = options_.out + "/config.yaml";
+    stream_ = std::random_device{}() | 1U;
+    if (auto r = services_->start("mapper", {"--config", config, "--calibration", options_.recording,
+                                             "--save", options_.out, "--state", options_.out + "/state"},
+                                  {});
+        !r)
+      return r;
+    if (auto r = services_->start("stereo", {"--config", config, "--calibration", options_.recording}, {}); !r)
+      return r;
+    // The mapper listens for a rival first: play begins when its heartbeat is heard.
+    for (const Stopwatch watch; !map_->status().heard;) {
+      if (auto alive = services_->watch(); !alive) return alive;
+      if (stop_requested() || watch.ms() > 20'000)
+        return Error{ErrorCode::kResource, "cranemap-mapper", "gave no heartbeat within 20 s",
+                     "its log: " + options_.out + "/logs/mapper.log"};
+      wakeup_.wait_for(20ms);
+    }
+    std::vector<std::string> play = {"--config", config, options_.recording, "--rate", options_.rate,
+                                     "--stream", std::to_string(stream_)};
+    std::vector<std::string> again;
+    if (start_at_needed_) {
+      const TimeNs start = SystemClock().now() + kNsPerSecond;
+      play.insert(play.end(), {"--start-at", std::to_string(start)});
+      again = {"--resume"};
+    }
+    if (auto r = services_->start("rangefinder", play, again); !r) return r;
+    return services_->start("camera", play, again);
+  }
+
+  /// Until the map has accounted for every frame that the camera published.
+  Result<void> follow() {
+    Progress progress("mapping");
+    const Stopwatch watch;
+    std::uint64_t last_frame = 0;
+    Stopwatch since_progress;
+    while (!stop_requested()) {
+      if (auto alive = services_->watch(); !alive) return alive;
+      take_statuses();
+      const client::Status s = map_->status();
+      const bool ours = s.stream == stream_ && s.last_frame_time_ns > 0;
+      const std::uint64_t done = ours ? s.last_frame + 1 : 0;
+      if (done != last_frame) {
+        last_frame = done;
+        since_progress = {};
+      }
+      char detail[160];
+      std::snprintf(detail, sizeof detail, "frames  %.1f/s  in the map %llu  not used %llu  %u tiles",
+                    double(done) / std::max(0.001, watch.ms() * 1e-3),
+                    static_cast<unsigned long long>(ours ? s.frames_integrated : 0),
+                    static_cast<unsigned long long>(ours ? s.frames_rejected + s.frames_missing : 0),
+                    s.tiles);
+      progress.update(done, report_.frames, detail);
+      const auto camera = report_.services.find(v1::SERVICE_CAMERA);
+      const bool finished = services_->ended("camera") ||
+                            (camera != report_.services.end() && camera->second.finished() == 1);
+      if (finished && (done >= report_.frames || since_progress.ms() > kSettleMs)) break;
+      if (since_progress.ms() > kNoProgressMs)
+        return Error{ErrorCode::kResource, "map", "no frame was accounted for in 60 s",
+                     "logs: " + options_.out + "/logs"};
+      wakeup_.wait_for(50ms);
+    }
+    report_.wall_s = watch.ms() * 1e-3;
+    // The paper's method makes the map after the last cloud; it says so while it does.
+    for (const Stopwatch settle; settle.ms() < 300'000 && !stop_requested();) {
+      const client::Status s = map_->status();
+      if (s.complete && s.reason.rfind("paper:", 0) != 0 && settle.ms() > 1000) break;
+      if (s.reason.rfind("paper:", 0) != 0 && settle.ms() > 20'000) break;
+      if (auto alive = services_->watch(); !alive) return alive;
+      wakeup_.wait_for(50ms);
+    }
+    progress.finish("mapping done: " + std::to_string(last_frame) + " of " +
+                    std::to_string(report_.frames) + " frames accounted for");
+    return {};
+  }
+
+  Result<void> close() {
+    report_.map = map_->status();
+    report_.voxels = map_->count_voxels();
+    const client::HeightGrid grid = map_->heights();
+    for (const char* name : {"camera", "rangefinder", "stereo"})
+      if (auto stopped = services_->stop(name, 5000); !stopped) log_warning(stopped.error().text());
+    const auto saved = services_->stop("mapper", 300'000);
+    for (const Stopwatch watch; watch.ms() < 300;) {
+      wakeup_.wait_for(50ms);
+      take_statuses();
+    }
+    if (!saved) return saved;
+    if (report_.map.stream != stream_ || report_.map.last_frame_time_ns == 0) {
+      report_.map.frames_integrated = 0;
+      report_.map.frames_rejected = 0;
+      report_.map.frames_missing = report_.frames;
+    } else if (report_.map.last_frame + 1 < report_.frames) {
+      report_.map.frames_missing += report_.frames - report_.map.last_frame - 1;
+    }
+    std::error_code ignored;
+    fs::remove_all(fs::path(options_.out) / "state", ignored);
+    return write_results(grid);
+  }
+
+  Result<void> write_results(const client::HeightGrid& grid) {
+    const fs::path out = options_.out;
+    const fs::path truth = fs::path(options_.recording) / "truth";
+    report_.recording = options_.recording;
+    report_.method = config_.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default";
+    report_.rate = options_.rate;
+    report_.transport = config_.dds.udp_only ? "udp" : "auto";
+    report_.restarts = services_->restarts();
+    if (fs::exists(truth / "obstacles.yaml")) {
+      auto obstacles = read_obstacles(truth / "obstacles.yaml");
+      if (!obstacles) return obstacles.error();
+      report_.heights = measure(grid, *obstacles);
+    }
+    if (fs::exists(truth / "height_map.png")) {
+      auto heights = read_height_map(truth / "height_map.png");
+      if (!heights) return heights.error();
+      auto octree = read_octomap(out / "map.bt");
+      if (!octree) return octree.error();
+      report_.judgement = judge(octree->occupied, octree->voxel_m, *heights);
+      report_.judged = true;
+    }
+    if (!grid.cells.empty() && report_.voxels.occupied > 0) {
+      if (auto r = write_height_map(out / "height_map.png", to_height_map(grid)); !r) return r;
+      char title[128];
+      std::snprintf(title, sizeof title, "cranemap %s: %llu frames, voxel %.3f m, method %s",
+                    fs::path(options_.recording).filename().c_str(),
+                    static_cast<unsigned long long>(report_.map.frames_integrated),
+                    report_.map.voxel_m, report_.method.c_str());
+      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, title); !r) return r;
+    }
+    for (const char* name : {"map.bt", "map.ot", "map.pcd", "height_map.png", "height_map_view.png"})
+      if (fs::exists(out / name)) report_.files[name] = fs::file_size(out / name);
+    return write_json(out / "report.json", report_);
+  }
+
+  void take_statuses() {
+    while (const auto sample = statuses_->take()) report_.services[(*sample)->service()] = **sample;
+  }
+
+  const Options& options_;
+  SiteConfig config_;
+  PlayRate rate_;
+  bool start_at_needed_ = false;
+  std::uint64_t stream_ = 0;
+  Wakeup wakeup_;
+  std::optional<dds::Reader<dds::ServiceStatusTopic>> statuses_;
+  std::unique_ptr<client::Map> map_;
+  std::optional<Services> services_;
+  RunReport report_;
+};
+
+void add_common(CLI::App& command, Options& o) {
+  command.add_option("--voxel", o.voxel_m, "Voxel edge [m]; 0 = automatic")->check(CLI::Range(0.0, 2.0));
+  command.add_option("--method", o.method, "default, or paper: the 2021 paper's steps, matching included")
+      ->check(CLI::IsMember({"default", "paper"}));
+  command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
+      ->capture_default_str();
+  command.add_option("--config", o.config, "Site configuration (YAML) for all services");
+  command.add_option("--domain", o.domain, "DDS domain, over that of --config")->check(CLI::Range(0, 232));
+  command.add_option("--transport", o.transport, "auto or udp, over that of --config")
+      ->check(CLI::IsMember({"auto", "udp"}));
+}
+
+/// The recording that ships with cranemap: beside an installed program, or where told.
+std::string demo_recording() {
+  if (const char* told = std::getenv("CRANEMAP_DEMO_RECORDING")) return told;
+  std::error_code failed;
+  return fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() / "share/cranemap/rig";
+}
+
+}  // namespace
+
+Command add_run_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "run", "Map a recording: starts all services as processes, plays it, saves the map.\n"
+             "Example: cranemap run RECORDING --out OUT --voxel 0.02");
+  command->add_option("RECORDING", options->recording, "Folder in ASL/EuRoC layout")->required();
+  command->add_option("--out", options->out, "Folder for map.bt map.ot map.pcd height_map.png report.json")
+      ->required();
+  add_common(*command, *options);
+  return [options] { return Run(*options).execute(); };
+}
+
+Command add_demo_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  options->out = "out/demo";
+  options->voxel_m = 0.02;
+  options->rate = "real";
+  options->domain = 71;
+  CLI::App* command = app.add_subcommand(
+      "demo", "Map the recording that ships with cranemap: the 2021 paper's rig, six positions.");
+  options->recording = demo_recording();
+  command->add_option("--recording", options->recording, "Another recording")->capture_default_str();
+  command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
+  add_common(*command, *options);
+  return [options] {
+    const int code = Run(*options).execute();
+    if (code == kExitOk)
+      std::printf("\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer %s/map.pcd\n",
+                  options->out.c_str(), options->out.c_str(), options->out.c_str());
+    return code;
+  };
+}
+
+}  // namespace crane

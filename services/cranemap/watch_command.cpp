@@ -1,0 +1,108 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <thread>
+#include <unistd.h>
+
+#include "base/log.hpp"
+#include "bounds.h"
+#include "commands.hpp"
+#include "crane/client/map.hpp"
+#include "dds/endpoints.hpp"
+#include "run_report.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Options {
+  std::string config;
+  int domain = -1, crane = -1;
+  double seconds = 0;
+};
+
+void show(const client::Status& map, const std::map<std::uint32_t, v1::ServiceStatus>& services) {
+  if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
+  const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
+  std::printf("map    %s%s%s  revision %llu  %u tiles  %s\n", validity, map.reason.empty() ? "" : ": ",
+              map.reason.c_str(), static_cast<unsigned long long>(map.revision), map.tiles,
+              map.complete ? "complete here" : "incomplete here");
+  std::printf("frames in the map %llu, rejected %llu, missing %llu\n",
+              static_cast<unsigned long long>(map.frames_integrated),
+              static_cast<unsigned long long>(map.frames_rejected),
+              static_cast<unsigned long long>(map.frames_missing));
+  for (const auto& [id, s] : services) {
+    const double age_s = double(SystemClock().now() - s.time_ns()) * 1e-9;
+    std::printf("%-12s %s  in %llu  out %llu  cpu %.1f s  %.0f MiB  heard %.1f s ago\n", service_name(id),
+                s.status() == 0 ? "ok      " : "DEGRADED",
+                static_cast<unsigned long long>(s.received()),
+                static_cast<unsigned long long>(s.published()), s.cpu_seconds(),
+                double(s.memory_bytes()) / (1 << 20), age_s);
+    for (const v1::DropCount& d : s.dropped())
+      std::printf("             not used: %llu x %s\n", static_cast<unsigned long long>(d.count()),
+                  d.cause().c_str());
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+int watch(const Options& options) {
+  SiteConfig config;
+  if (!options.config.empty()) {
+    auto read = read_site_config(options.config);
+    if (!read) {
+      log_error(read.error().text());
+      return exit_code(read.error());
+    }
+    config = *read;
+  }
+  if (options.domain >= 0) config.dds.domain = options.domain;
+  if (options.crane >= 1) config.crane = options.crane;
+  const dds::Settings settings = to_settings(config);
+  Wakeup wakeup;
+  auto participant = dds::Participant::create(settings, "cranemap-watch");
+  if (!participant) {
+    log_error(participant.error().text());
+    return exit_code(participant.error());
+  }
+  auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup);
+  client::Options o;
+  o.crane = settings.crane;
+  o.domain = settings.domain;
+  o.interfaces = settings.interfaces;
+  o.udp_only = config.dds.udp_only;
+  o.profile_file = settings.profile_file;
+  o.profile_name = settings.profile_name;
+  std::string why;
+  const auto map = client::Map::join(o, why);
+  if (!statuses || !map) {
+    log_error(statuses ? why : statuses.error().text());
+    return kExitResource;
+  }
+  std::map<std::uint32_t, v1::ServiceStatus> services;
+  for (const Stopwatch since; !stop_requested();) {
+    for (const Stopwatch second; second.ms() < 1000 && !stop_requested();) {
+      wakeup.wait_for(100ms);
+      while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
+    }
+    show(map->status(), services);
+    if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+Command add_watch_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("watch", "Live text view of a running map and its services.");
+  command->add_option("--config", options->config, "Site configuration (YAML)");
+  command->add_option("--domain", options->domain, "DDS domain, over that of --config")->check(CLI::Range(0, 232));
+  command->add_option("--crane", options->crane, "Crane number, over that of --config");
+  command->add_option("--seconds", options->seconds, "Stop after this long; 0 = on Ctrl-C");
+  return [options] { return watch(*options); };
+}
+
+}  // namespace crane

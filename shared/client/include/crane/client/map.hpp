@@ -1,0 +1,86 @@
+#pragma once
+
+// The crane controller's view of the map. Needs the C++17 standard library only.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace crane::client {
+
+/// Which crane's map, and where on the network.
+struct Options {
+  std::uint32_t crane = 1;
+  std::uint32_t domain = 0;
+  bool udp_only = false;
+  /// IPv4 addresses to use; empty = all. The default stays on this host.
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+  /// Fast DDS XML profile instead of the two above.
+  std::string profile_file, profile_name;
+};
+
+/// What the mapper last said of the map, and what of it has arrived here.
+struct Status {
+  bool heard = false;              ///< any heartbeat at all
+  bool alive = false;              ///< a heartbeat within the last second
+  bool valid = false;              ///< alive, and clouds and positions are fresh
+  bool complete = false;           ///< all tiles of the said revision are here (digests agree)
+  std::string reason;              ///< why not valid
+  std::uint64_t map_id = 0, revision = 0;
+  std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
+  std::uint32_t tiles = 0;         ///< held here
+  double voxel_m = 0;
+  std::uint64_t stream = 0, last_frame = 0;
+  std::int64_t last_frame_time_ns = 0;  ///< 0 = no frame accounted for yet
+  std::uint64_t frames_integrated = 0, frames_rejected = 0, frames_missing = 0;
+  std::uint64_t samples_refused = 0;    ///< tiles that failed a check; never used
+};
+
+enum class Surface { kUnknown, kFloor, kObstacle };
+
+/// The highest surface over one point of the floor. Unknown is not free.
+struct Height {
+  Surface surface = Surface::kUnknown;
+  double height_m = 0, spread_m = 0;
+  std::int64_t last_observed_ns = 0;  ///< to 1 s; 0 = never
+};
+
+/// Heights of all that is held, as a grid; row 0 has the lowest y.
+struct HeightGrid {
+  double cell_m = 0, origin_x_m = 0, origin_y_m = 0;
+  std::uint32_t columns = 0, rows = 0;
+  std::vector<Height> cells;
+};
+
+/// Follows one crane's map. Late joiners get the whole current map. Thread-safe; queries never
+/// wait for the network. Advisory only: limit switches stay in the safety controller.
+class Map {
+ public:
+  /// Joins; nullptr and the reason in `error` when that is impossible.
+  static std::unique_ptr<Map> join(const Options& options, std::string& error);
+  ~Map();
+  Map(const Map&) = delete;
+  Map& operator=(const Map&) = delete;
+
+  [[nodiscard]] Status status() const;
+  /// Waits until the whole current map is here; false on time-out.
+  [[nodiscard]] bool wait_until_complete(std::chrono::milliseconds limit) const;
+
+  [[nodiscard]] Height height(double x_m, double y_m) const;
+  [[nodiscard]] HeightGrid heights() const;
+  /// Voxels held here: occupied and free.
+  struct VoxelCount {
+    std::uint64_t occupied = 0, free = 0;
+  };
+  [[nodiscard]] VoxelCount count_voxels() const;
+
+ private:
+  struct Impl;
+  explicit Map(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crane::client

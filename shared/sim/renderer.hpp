@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "recording/image_file.hpp"
+#include "sim/scene.hpp"
+
+namespace crane {
+
+/// Ray-traces a scene (Embree): direct light of area lamps with shadows and highlights, textured,
+/// glossy or textureless surfaces, lens distortion, sensor noise. The same scene and seed give the
+/// same image. Uses all cores; calls from one thread.
+class Renderer {
+ public:
+  explicit Renderer(const Scene& scene);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  /// One camera's image. `frame` seeds the sensor noise.
+  Image render(bool left, double cart_m, double trolley_m, std::uint64_t frame) const;
+  /// Depth along the view axis of the left image's pixel centres [m]; 0 = nothing hit.
+  std::vector<float> depth(double cart_m, double trolley_m) const;
+  /// Highest surface at map points; from above.
+  [[nodiscard]] double height_m(double x_m, double y_m) const;
+  /// Whether the left camera sees this point from here.
+  [[nodiscard]] bool sees(double cart_m, double trolley_m, const Eigen::Vector3d& p_map) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crane
