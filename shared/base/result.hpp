@@ -55,6 +55,7 @@ class [[nodiscard]] Result {
     expects(ok(), "value() of a failed result");
     return std::get<T>(std::move(state_));
   }
+  T&& operator*() && { return std::move(*this).value(); }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T* operator->() { return &value(); }

@@ -1,0 +1,125 @@
+// Who may include whom, from one table. The order is that of the layers in shared/CMakeLists.txt.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace crane {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::set<std::string>;
+
+struct Layer {
+  Names folders;    ///< of shared/ whose headers it may include, beside its own
+  Names libraries;  ///< third-party headers, by the key of kLibraries
+};
+
+/// Third-party headers by how their include lines begin.
+const std::map<std::string, std::string> kLibraries = {
+    {"opencv", "opencv2/"},  {"pcl", "pcl/"},        {"octomap", "octomap/"},
+    {"yaml", "yaml-cpp/"},   {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
+    {"embree", "embree3/"},  {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
+    {"cli", "CLI/"},         {"json", "nlohmann/"},
+};
+
+const std::map<std::string, Layer> kLayers = {
+    {"shared/base", {{}, {}}},
+    {"shared/geometry", {{"base"}, {"eigen"}}},
+    {"shared/config", {{"base"}, {"yaml"}}},
+    {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv"}}},
+    {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
+    {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv"}}},
+    {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
+    {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen"}}},
+    {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
+    {"shared/dds", {{"base"}, {"fastdds", "fastrtps"}}},
+    {"shared/service", {{"base", "config", "dds"}, {"cli"}}},
+    {"shared/client", {{"base", "dds", "map_codec"}, {}}},
+    // A service may use any of shared/, never another service.
+    {"services", {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping",
+                   "map_codec", "dds", "service", "client"}, {"cli", "json", "opencv"}}},
+};
+
+struct Include {
+  std::string file, target;
+  bool quoted = false;
+};
+
+std::vector<Include> includes_below(const fs::path& folder) {
+  static const std::regex kInclude(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> out;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string extension = entry.path().extension();
+    if (extension != ".hpp" && extension != ".cpp") continue;
+    std::ifstream file(entry.path());
+    std::string line;
+    for (std::smatch m; std::getline(file, line);)
+      if (std::regex_search(line, m, kInclude)) out.push_back({entry.path(), m[2], m[1] == "\""});
+  }
+  return out;
+}
+
+const fs::path kSource = CRANEMAP_SOURCE_DIR;
+
+TEST(IncludeLayers, EveryFolderOfSharedIsInTheTable) {
+  for (const auto& entry : fs::directory_iterator(kSource / "shared"))
+    if (entry.is_directory())
+      EXPECT_TRUE(kLayers.contains("shared/" + entry.path().filename().string())) << entry.path();
+}
+
+TEST(IncludeLayers, NothingIncludesALayerAboveItOrALibraryThatIsNotItsOwn) {
+  std::size_t seen = 0;
+  for (const auto& [folder, layer] : kLayers)
+    for (const Include& include : includes_below(kSource / folder)) {
+      ++seen;
+      for (const auto& [library, start] : kLibraries)
+        if (include.target.starts_with(start))
+          EXPECT_TRUE(layer.libraries.contains(library)) << include.file << " includes " << include.target;
+      const std::string first = include.target.substr(0, include.target.find('/'));
+      const bool ours = include.quoted && kLayers.contains("shared/" + first);
+      if (ours && folder != "shared/" + first)
+        EXPECT_TRUE(layer.folders.contains(first)) << include.file << " includes " << include.target;
+    }
+  EXPECT_GT(seen, 300U);
+}
+
+TEST(IncludeLayers, NoServiceIncludesAnother) {
+  for (const auto& service : fs::directory_iterator(kSource / "services")) {
+    if (!service.is_directory()) continue;
+    for (const Include& include : includes_below(service.path())) {
+      const std::string first = include.target.substr(0, include.target.find('/'));
+      if (include.quoted && include.target.find('/') != std::string::npos &&
+          fs::is_directory(kSource / "services" / first) && !fs::is_directory(kSource / "shared" / first))
+        EXPECT_EQ(first, service.path().filename()) << include.file;
+    }
+  }
+}
+
+TEST(IncludeLayers, ThirdPartyHeadersStayOutOfPublicHeaders) {
+  // Where a library may appear in a header: its home, and there only in headers named here.
+  const Names allowed = {"participant_impl.hpp", "guarded_type.hpp"};
+  for (const auto& [folder, layer] : kLayers)
+    for (const Include& include : includes_below(kSource / folder)) {
+      if (!include.file.ends_with(".hpp") || allowed.contains(fs::path(include.file).filename())) continue;
+      for (const auto& [library, start] : kLibraries)
+        if (library != "eigen")
+          EXPECT_FALSE(include.target.starts_with(start)) << include.file << " includes " << include.target;
+    }
+}
+
+TEST(IncludeLayers, TheClientsPublicHeadersIncludeOnlyTheStandardLibrary) {
+  for (const Include& include : includes_below(kSource / "shared/client/include"))
+    EXPECT_TRUE(!include.quoted && include.target.find('/') == std::string::npos &&
+                include.target.find('.') == std::string::npos)
+        << include.file << " includes " << include.target;
+}
+
+}  // namespace
+}  // namespace crane

@@ -1,0 +1,19 @@
+// Site configuration, and with it every typed read of YamlReader.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/site_config.hpp"
+#include "config/yaml_reader.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  if (const auto config = crane::parse_site_config(text, "fuzz"))
+    if (!crane::parse_site_config(crane::to_yaml(*config), "again")) __builtin_trap();
+  if (auto y = crane::YamlReader::from_text(text, "fuzz")) {
+    std::vector<double> numbers;
+    for (crane::YamlReader& item : y->items("obstacles")) item.numbers("size", numbers, 2);
+    (void)y->finish();
+  }
+  return 0;
+}

@@ -1,0 +1,63 @@
+// Every IDL type's deserialiser and key extraction behind its guard, then the validator.
+#include <cstdint>
+#include <cstring>
+#include <memory>
+
+#include "dds/guarded_type.hpp"
+#include "dds/validate.hpp"
+#include "height_tilePubSubTypes.h"
+#include "hoist_statePubSubTypes.h"
+#include "map_statusPubSubTypes.h"
+#include "map_tilePubSubTypes.h"
+#include "octree_mapPubSubTypes.h"
+#include "rangefinder_positionPubSubTypes.h"
+#include "service_statusPubSubTypes.h"
+
+namespace {
+
+namespace v1 = crane::v1;
+
+template <class PubSubType, class Type>
+void decode(const std::uint8_t* data, std::size_t size) {
+  static crane::dds::GuardedType<PubSubType> type;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size + 1));
+  std::memcpy(payload.data, data, size);
+  payload.length = static_cast<std::uint32_t>(size);
+  Type sample;
+  if (!type.deserialize(&payload, &sample)) return;
+  (void)crane::dds::flaw(sample);
+  eprosima::fastrtps::rtps::InstanceHandle_t handle;
+  (void)type.getKey(&sample, &handle);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 5) return 0;
+  const std::uint8_t which = data[0];
+  ++data;
+  --size;
+  switch (which % 7) {
+    case 0:
+      decode<v1::RangefinderPositionPubSubType, v1::RangefinderPosition>(data, size);
+      break;
+    case 1:
+      decode<v1::HoistStatePubSubType, v1::HoistState>(data, size);
+      break;
+    case 2:
+      decode<v1::MapTilePubSubType, v1::MapTile>(data, size);
+      break;
+    case 3:
+      decode<v1::HeightTilePubSubType, v1::HeightTile>(data, size);
+      break;
+    case 4:
+      decode<v1::OctreeMapPubSubType, v1::OctreeMap>(data, size);
+      break;
+    case 5:
+      decode<v1::MapStatusPubSubType, v1::MapStatus>(data, size);
+      break;
+    default:
+      decode<v1::ServiceStatusPubSubType, v1::ServiceStatus>(data, size);
+  }
+  return 0;
+}

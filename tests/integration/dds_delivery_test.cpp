@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cstring>
+
+#include "bounds.h"
+#include "domain.hpp"
+
+namespace crane::dds {
+namespace {
+
+using test::eventually;
+
+/// Writer and reader in participants of their own, matched.
+template <class Topic>
+struct Pair {
+  std::shared_ptr<Participant> sender, receiver;
+  Wakeup wakeup;
+  std::optional<Writer<Topic>> writer;
+  std::optional<Reader<Topic>> reader;
+
+  explicit Pair(Transport transport) {
+    sender = *Participant::create(test::settings(transport), "sender");
+    receiver = *Participant::create(test::settings(transport), "receiver");
+    writer.emplace(*Writer<Topic>::create(sender));
+    reader.emplace(*Reader<Topic>::create(receiver, &wakeup));
+    EXPECT_TRUE(eventually([&] { return writer->matched() == 1 && reader->counts().matched == 1; }));
+  }
+  std::unique_ptr<Received<typename Topic::Type>> next() {
+    std::unique_ptr<Received<typename Topic::Type>> sample;
+    eventually([&] { return (sample = reader->take()) != nullptr; });
+    return sample;
+  }
+};
+
+class FrameDelivery : public ::testing::TestWithParam<Transport> {};
+
+TEST_P(FrameDelivery, LoanedFramesArriveWholeAndInOrder) {
+  Pair<StereoFrameTopic> pair(GetParam());
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    v1::StereoFrame* frame = nullptr;
+    ASSERT_TRUE(eventually([&] { return (frame = pair.writer->loan()) != nullptr; }));
+    frame->crane(1);
+    frame->encoding(v1::ENCODING_BGR8);
+    frame->stream(3);
+    frame->sequence_number(n);
+    frame->exposure_time_ns(1 + TimeNs(n));
+    frame->width(1280);
+    frame->height(720);
+    std::memset(frame->left().data(), int(n), frame->left().size());
+    std::memset(frame->right().data(), int(n) + 100, frame->right().size());
+    ASSERT_TRUE(pair.writer->publish(frame));
+    const auto got = pair.next();
+    ASSERT_NE(got, nullptr);
+    EXPECT_EQ((*got)->sequence_number(), n);
+    EXPECT_EQ((*got)->left().front(), n);
+    EXPECT_EQ((*got)->right().back(), n + 100);
+    EXPECT_TRUE(got->intact());
+    EXPECT_GT(got->source_time_ns(), 0);
+  }
+  EXPECT_EQ(pair.reader->counts().received, 20U);
+  EXPECT_EQ(pair.reader->counts().lost, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Transports, FrameDelivery, ::testing::Values(Transport::kAuto, Transport::kUdp));
+
+TEST(FrameDelivery, AWriterWithZeroCopyReachesAReaderThatIsOnUdpOnly) {
+  auto sender = *Participant::create(test::settings(), "sender");
+  auto receiver = *Participant::create(test::settings(Transport::kUdp), "receiver");
+  Wakeup wakeup;
+  auto writer = *Writer<StereoFrameTopic>::create(sender);
+  auto reader = *Reader<StereoFrameTopic>::create(receiver, &wakeup);
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.counts().matched == 1; }));
+  v1::StereoFrame* frame = writer.loan();
+  ASSERT_NE(frame, nullptr);
+  frame->encoding(v1::ENCODING_MONO8);
+  frame->width(64);
+  frame->height(48);
+  frame->exposure_time_ns(5);
+  frame->sequence_number(77);
+  ASSERT_TRUE(writer.publish(frame));
+  std::unique_ptr<Received<v1::StereoFrame>> got;
+  ASSERT_TRUE(eventually([&] { return (got = reader.take()) != nullptr; }));
+  EXPECT_EQ((*got)->sequence_number(), 77U);
+}
+
+TEST(FrameDelivery, AFrameThatIsWrittenOverIsNoticed) {
+  Pair<StereoFrameTopic> pair(Transport::kAuto);
+  const auto send = [&](std::uint64_t n) {
+    v1::StereoFrame* frame = pair.writer->loan();
+    if (frame == nullptr) return;
+    frame->encoding(v1::ENCODING_MONO8);
+    frame->width(64);
+    frame->height(48);
+    frame->exposure_time_ns(5);
+    frame->sequence_number(n);
+    (void)pair.writer->publish(frame);
+  };
+  send(0);
+  const auto first = pair.next();
+  ASSERT_NE(first, nullptr);
+  EXPECT_TRUE(first->intact());
+  for (std::uint64_t n = 1; n < 20; ++n) send(n);
+  EXPECT_FALSE(first->intact());
+}
+
+TEST(TileDelivery, ALateJoinerGetsTheLastStateOfEveryTile) {
+  auto sender = *Participant::create(test::settings(), "sender");
+  auto writer = *Writer<MapTileTopic>::create(sender);
+  v1::MapTile tile;
+  tile.crane(1);
+  tile.voxel_m(0.05);
+  tile.encoding(1);
+  tile.payload({1, 2, 3});
+  for (std::uint64_t revision = 1; revision <= 3; ++revision)
+    for (int x = -50; x < 50; ++x) {
+      tile.tile_x(x);
+      tile.revision(revision);
+      ASSERT_TRUE(writer.write(tile));
+    }
+  auto receiver = *Participant::create(test::settings(), "late");
+  auto reader = *Reader<MapTileTopic>::create(receiver, nullptr);
+  std::map<int, std::uint64_t> got;
+  eventually([&] {
+    while (const auto sample = reader.take()) got[(*sample)->tile_x()] = (*sample)->revision();
+    return got.size() == 100;
+  });
+  ASSERT_EQ(got.size(), 100U);
+  for (const auto& [x, revision] : got) EXPECT_EQ(revision, 3U);
+}
+
+TEST(Participant, CranesAreKeptApart) {
+  Settings other = test::settings();
+  other.crane = 2;
+  auto one = *Participant::create(test::settings(), "one");
+  auto two = *Participant::create(other, "two");
+  auto writer = *Writer<MapStatusTopic>::create(one);
+  auto reader = *Reader<MapStatusTopic>::create(two, nullptr);
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  EXPECT_EQ(writer.matched(), 0);
+  EXPECT_EQ(reader.counts().matched, 0);
+}
+
+TEST(Participant, SaysWhatIsWrongWithItsSettings) {
+  Settings s = test::settings();
+  s.domain = 233;
+  auto bad = Participant::create(s, "x");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().code, ErrorCode::kConfiguration);
+  s = test::settings();
+  s.profile_file = "/nowhere.xml";
+  bad = Participant::create(s, "x");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().where, "/nowhere.xml");
+}
+
+TEST(Participant, NoFreeUdpPortIsAnErrorThatSaysSo) {
+  // Occupy every unicast port of a domain: 7400 + 250 * domain + 10 + 2 * participant, and +11.
+  constexpr std::uint32_t kDomain = 99;
+  std::vector<int> sockets;
+  for (int port = 7400 + 250 * int(kDomain) + 10; port < 7400 + 250 * int(kDomain) + 250; ++port) {
+    const int s = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    if (bind(s, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) sockets.push_back(s);
+  }
+  ASSERT_GT(sockets.size(), 200U);
+  Settings s = test::settings(Transport::kUdp);
+  s.domain = kDomain;
+  const auto none = Participant::create(s, "x");
+  for (int socket : sockets) close(socket);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::kResource);
+  EXPECT_NE(none.error().what.find("no free UDP port"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace crane::dds

@@ -1,0 +1,194 @@
+// Malformed samples from a peer that speaks DDS but not our contract: no process ends, nothing
+// malformed is handed out.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <random>
+
+#include "domain.hpp"
+#include "dds/participant_impl.hpp"
+#include "dds/validate.hpp"
+#include "height_tilePubSubTypes.h"
+#include "map_statusPubSubTypes.h"
+#include "map_tilePubSubTypes.h"
+#include "octree_mapPubSubTypes.h"
+#include "partial_cloudPubSubTypes.h"
+#include "rangefinder_positionPubSubTypes.h"
+#include "service_statusPubSubTypes.h"
+#include "stereo_framePubSubTypes.h"
+
+namespace crane::dds {
+namespace {
+
+namespace fdds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using test::eventually;
+
+using Payload = std::vector<std::uint8_t>;
+
+/// Writes any bytes under the name of any type.
+class RawType final : public fdds::TopicDataType {
+ public:
+  RawType(const std::string& name, std::uint32_t max_size, bool keyed) {
+    setName(name.c_str());
+    m_typeSize = max_size + 4;
+    m_isGetKeyDefined = keyed;
+  }
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    const auto& bytes = *static_cast<Payload*>(data);
+    std::memcpy(payload->data, bytes.data(), bytes.size());
+    payload->length = static_cast<std::uint32_t>(bytes.size());
+    return true;
+  }
+  bool deserialize(rtps::SerializedPayload_t* /*payload*/, void* /*data*/) override { return false; }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return static_cast<std::uint32_t>(static_cast<Payload*>(data)->size()); };
+  }
+  void* createData() override { return new Payload(); }
+  void deleteData(void* data) override { delete static_cast<Payload*>(data); }
+  bool getKey(void* data, rtps::InstanceHandle_t* handle, bool /*md5*/) override {
+    const auto& bytes = *static_cast<Payload*>(data);
+    unsigned char* value = handle->value;
+    for (std::size_t i = 0; i < 16; ++i) value[i] = i < bytes.size() ? bytes[i] : 1;
+    return true;
+  }
+};
+
+/// A good sample of each type as its own serialiser writes it: what is mutated.
+template <class PubSubType, class Type>
+Payload serialised(const Type& sample) {
+  PubSubType type;
+  auto* data = const_cast<Type*>(&sample);
+  rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(data)() + 8);
+  EXPECT_TRUE(type.serialize(data, &payload));
+  return {payload.data, payload.data + payload.length};
+}
+
+Payload mutate(Payload bytes, std::mt19937& random) {
+  const unsigned kind = random() % 4;
+  if (kind == 0) {
+    bytes.resize(4 + random() % bytes.size());
+  } else if (kind == 1) {
+    for (auto& b : bytes)
+      if (random() % 8 == 0) b = static_cast<std::uint8_t>(random());
+  } else if (kind == 2) {
+    const std::size_t at = random() % bytes.size();
+    for (std::size_t i = at; i < std::min(at + 4, bytes.size()); ++i) bytes[i] = 0xFF;
+  } else {
+    bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+  }
+  return bytes;
+}
+
+template <class Topic, class PubSubType>
+void attack(const typename Topic::Type& good_sample, int rounds) {
+  SCOPED_TRACE(Topic::kName);
+  const Payload good = serialised<PubSubType>(good_sample);
+  // Zero-copy readers take their samples over the network too when the writer is no friend.
+  auto victim = *Participant::create(test::settings(), "victim");
+  Wakeup wakeup;
+  auto reader = *Reader<Topic>::create(victim, &wakeup);
+  auto attacker = *Participant::create(test::settings(), "attacker");
+  auto& impl = attacker->impl();
+  fdds::TypeSupport type(new RawType(PubSubType().getName(), 16U << 20U, PubSubType().m_isGetKeyDefined));
+  type.register_type(impl.participant);
+  auto* topic = impl.participant->create_topic(Topic::kName, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
+  ASSERT_NE(topic, nullptr);
+  fdds::DataWriterQos qos;
+  qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = fdds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().depth = 4;
+  qos.resource_limits().max_samples = 4000;
+  qos.resource_limits().max_instances = 1000;
+  qos.resource_limits().max_samples_per_instance = 4;
+  qos.resource_limits().allocated_samples = 1;
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  if (Topic::kQos.deadline_ms > 0) qos.deadline().period = {0, 100'000'000};
+  if (Topic::kQos.liveliness_ms > 0) qos.liveliness().lease_duration = {1, 0};
+  qos.data_sharing().off();
+  auto* writer = impl.publisher->create_datawriter(topic, qos);
+  ASSERT_NE(writer, nullptr);
+  ASSERT_TRUE(eventually([&] { return reader.counts().matched == 1; }));
+
+  std::mt19937 random(4711);
+  for (int i = 0; i < rounds; ++i) {
+    Payload bytes = mutate(good, random);
+    writer->write(&bytes);
+    while (const auto sample = reader.take()) EXPECT_EQ(flaw(**sample), nullptr);
+  }
+  // Alive and well: a good sample still comes through.
+  bool arrived = false;
+  eventually([&] {
+    Payload bytes = good;
+    writer->write(&bytes);
+    while (const auto sample = reader.take()) arrived |= flaw(**sample) == nullptr;
+    return arrived;
+  });
+  EXPECT_TRUE(arrived);
+  impl.publisher->delete_datawriter(writer);
+}
+
+template <class Tile>
+Tile good_tile() {
+  Tile t;
+  t.crane(1);
+  t.voxel_m(0.05);
+  t.encoding(1);
+  t.payload(std::vector<std::uint8_t>(300, 7));
+  return t;
+}
+
+TEST(HostileSamples, KeyedTypes) {
+  v1::RangefinderPosition position;
+  position.crane(1);
+  position.axis(1);
+  position.time_ns(1);
+  attack<RangefinderPositionTopic, v1::RangefinderPositionPubSubType>(position, 1000);
+  attack<MapTileTopic, v1::MapTilePubSubType>(good_tile<v1::MapTile>(), 1000);
+  attack<HeightTileTopic, v1::HeightTilePubSubType>(good_tile<v1::HeightTile>(), 1000);
+}
+
+TEST(HostileSamples, TypesWithStringsAndSequences) {
+  v1::MapStatus status;
+  status.crane(1);
+  status.voxel_m(0.05);
+  status.reason("fine");
+  attack<MapStatusTopic, v1::MapStatusPubSubType>(status, 1000);
+  v1::ServiceStatus service;
+  service.crane(1);
+  service.service(2);
+  service.dropped().resize(3);
+  service.stages().resize(3);
+  attack<ServiceStatusTopic, v1::ServiceStatusPubSubType>(service, 1000);
+  v1::OctreeMap octree;
+  octree.crane(1);
+  octree.voxel_m(0.05);
+  octree.encoding(1);
+  octree.payload(std::vector<std::uint8_t>(1000, 7));
+  attack<OctreeMapTopic, v1::OctreeMapPubSubType>(octree, 1000);
+}
+
+TEST(HostileSamples, ZeroCopyTypes) {
+  auto frame = std::make_unique<v1::StereoFrame>();
+  frame->encoding(1);
+  frame->width(64);
+  frame->height(64);
+  frame->exposure_time_ns(1);
+  attack<StereoFrameTopic, v1::StereoFramePubSubType>(*frame, 30);
+  auto cloud = std::make_unique<v1::PartialCloud>();
+  cloud->width(64);
+  cloud->height(64);
+  cloud->exposure_time_ns(1);
+  cloud->f_px(700);
+  cloud->baseline_m(0.1);
+  cloud->sigma_disparity_px(0.2);
+  attack<PartialCloudTopic, v1::PartialCloudPubSubType>(*cloud, 30);
+}
+
+}  // namespace
+}  // namespace crane::dds

@@ -1,0 +1,187 @@
+#include "mapper/map_builder.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mapper/map_store.hpp"
+#include "recording/recording.hpp"
+#include "temp_folder.hpp"
+
+namespace crane {
+namespace {
+
+constexpr TimeNs kMs = 1'000'000;
+constexpr TimeNs kT0 = 1'000 * kNsPerSecond;
+
+class MapBuilderTest : public ::testing::Test {
+ protected:
+  MapBuilderTest() : rig_(Recording::open(test::rig_recording())->rig()), builder_(config(), rig_) {}
+
+  static MapperConfig config() {
+    MapperConfig c;
+    c.voxel_m = 0.05;
+    c.rangefinder_min_m = 0;
+    c.rangefinder_max_m = 40;
+    return c;
+  }
+  /// A floor seen at 1.95 m.
+  static CloudSample cloud(std::uint64_t number, TimeNs exposure, std::uint64_t stream = 1) {
+    CloudSample c;
+    c.stream = stream;
+    c.sequence_number = number;
+    c.exposure_time = exposure;
+    c.frame.width = 160;
+    c.frame.height = 90;
+    c.frame.f_px = 87.5;
+    c.frame.cx_px = 79.5;
+    c.frame.cy_px = 44.5;
+    c.frame.baseline_m = 0.12;
+    c.frame.sigma_disparity_px = 0.1;
+    c.depth_m.assign(160 * 90, 1.95F);
+    c.confidence.assign(160 * 90, 255);
+    return c;
+  }
+  void positions(TimeNs from, TimeNs to, TimeNs step = 50 * kMs) {
+    for (TimeNs t = from; t <= to; t += step) {
+      builder_.add_position(Axis::kCart, 9, t, 1.0);
+      builder_.add_position(Axis::kTrolley, 9, t, 2.0);
+    }
+  }
+  std::uint64_t dropped(const std::string& cause) {
+    const auto& counts = builder_.dropped.counts();
+    const auto it = counts.find(cause);
+    return it == counts.end() ? 0 : it->second;
+  }
+
+  StereoRig rig_;
+  MapBuilder builder_;
+  FakeClock clock_{kT0};
+};
+
+TEST_F(MapBuilderTest, PlacesACloudByPositionsInterpolatedToItsExposure) {
+  builder_.add_position(Axis::kCart, 9, kT0, 1.0);
+  builder_.add_position(Axis::kCart, 9, kT0 + 100 * kMs, 3.0);
+  builder_.add_position(Axis::kTrolley, 9, kT0, 5.0);
+  builder_.add_position(Axis::kTrolley, 9, kT0 + 100 * kMs, 5.0);
+  builder_.add_cloud(cloud(0, kT0 + 50 * kMs), clock_.now());
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_EQ(builder_.account().integrated, 1U);
+  // The floor patch is 3.56 m wide around cart 2.0: from 0.22 to 3.78.
+  const OccupancyMap& map = builder_.map();
+  EXPECT_EQ(map.at(map.index(0.3), map.index(5), 0), Occupancy::kOccupied);
+  EXPECT_EQ(map.at(map.index(3.7), map.index(5), 0), Occupancy::kOccupied);
+  EXPECT_EQ(map.at(map.index(0.1), map.index(5), 0), Occupancy::kUnknown);
+}
+
+TEST_F(MapBuilderTest, LatencyOfARangefinderShiftsItsReadings) {
+  MapperConfig late = config();
+  late.cart_latency_ms = 50;
+  MapBuilder builder(late, rig_);
+  for (int i = 0; i < 5; ++i) {
+    builder.add_position(Axis::kCart, 9, kT0 + i * 50 * kMs, i);
+    builder.add_position(Axis::kTrolley, 9, kT0 + i * 50 * kMs, 0);
+  }
+  builder.add_cloud(cloud(0, kT0 + 100 * kMs), clock_.now());
+  ASSERT_TRUE(builder.step(clock_.now()));
+  // At the exposure the cart really was at 3, as the reading 50 ms later says.
+  const OccupancyMap& map = builder.map();
+  EXPECT_EQ(map.at(map.index(3 + 1.7), 0, 0), Occupancy::kOccupied);
+  EXPECT_EQ(map.at(map.index(3 - 1.9), 0, 0), Occupancy::kUnknown);
+}
+
+TEST_F(MapBuilderTest, WithoutAnyPositionNothingIsMapped) {
+  builder_.add_cloud(cloud(0, kT0), clock_.now());
+  EXPECT_FALSE(builder_.step(clock_.now()));
+  clock_.advance(std::chrono::milliseconds(1001));
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_EQ(builder_.account().rejected, 1U);
+  EXPECT_EQ(dropped("no position: none arrived after the exposure"), 1U);
+  EXPECT_TRUE(builder_.map().tiles().empty());
+}
+
+TEST_F(MapBuilderTest, ARangefinderGapIsNotBridged) {
+  positions(kT0 - 200 * kMs, kT0);
+  positions(kT0 + 300 * kMs, kT0 + 400 * kMs);
+  builder_.add_cloud(cloud(0, kT0 + 100 * kMs), clock_.now());
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_EQ(dropped("no position: gap around the exposure"), 1U);
+  EXPECT_TRUE(builder_.map().tiles().empty());
+}
+
+TEST_F(MapBuilderTest, NanOutOfRangeAndFailedReadingsAreCountedAndNotUsed) {
+  builder_.add_position(Axis::kCart, 9, kT0, std::nan(""));
+  builder_.add_position(Axis::kTrolley, 9, kT0, 41);
+  builder_.add_failed_position(Axis::kCart);
+  EXPECT_EQ(dropped("cart reading not finite"), 1U);
+  EXPECT_EQ(dropped("trolley reading out of range"), 1U);
+  EXPECT_EQ(dropped("cart reading failed"), 1U);
+  builder_.add_cloud(cloud(0, kT0), clock_.now());
+  EXPECT_FALSE(builder_.step(clock_.now()));
+}
+
+TEST_F(MapBuilderTest, MissingNumbersAreCountedAndDoubleOnesIgnored) {
+  positions(kT0, kT0 + 2000 * kMs);
+  for (std::uint64_t number : {0, 1, 4, 4, 3}) {
+    builder_.add_cloud(cloud(number, kT0 + TimeNs(number) * 100 * kMs), clock_.now());
+    builder_.step(clock_.now());
+  }
+  EXPECT_EQ(builder_.account().integrated, 3U);
+  EXPECT_EQ(builder_.account().missing, 2U);
+  EXPECT_EQ(builder_.account().last_frame, 4);
+}
+
+TEST_F(MapBuilderTest, AFullQueueGivesUpTheOldestAndCountsIt) {
+  for (std::uint64_t i = 0; i <= MapBuilder::kMaxPending; ++i)
+    builder_.add_cloud(cloud(i, kT0 + TimeNs(i) * 100 * kMs), clock_.now());
+  EXPECT_EQ(builder_.pending(), MapBuilder::kMaxPending);
+  EXPECT_EQ(dropped("cloud queue full"), 1U);
+  EXPECT_EQ(builder_.account().rejected, 1U);
+}
+
+TEST_F(MapBuilderTest, ANewStreamStartsANewAccountButKeepsTheMap) {
+  positions(kT0, kT0 + 1000 * kMs);
+  builder_.add_cloud(cloud(7, kT0 + 100 * kMs, 1), clock_.now());
+  builder_.step(clock_.now());
+  builder_.add_cloud(cloud(0, kT0 + 200 * kMs, 2), clock_.now());
+  builder_.step(clock_.now());
+  EXPECT_EQ(builder_.account().stream, 2U);
+  EXPECT_EQ(builder_.account().integrated, 1U);
+  EXPECT_EQ(builder_.account().missing, 0U);
+  EXPECT_FALSE(builder_.map().tiles().empty());
+}
+
+TEST_F(MapBuilderTest, PaperMethodTakesEquationNineWhenNoVoxelIsGiven) {
+  MapperConfig c = config();
+  c.voxel_m = 0;
+  c.method = MapperConfig::Method::kPaper;
+  EXPECT_NEAR(MapBuilder(c, rig_).voxel_m(), 0.195, 1e-9);
+}
+
+TEST_F(MapBuilderTest, ASavedMapGoesOnWhereItStopped) {
+  const test::TempFolder folder;
+  positions(kT0, kT0 + 1000 * kMs);
+  builder_.add_cloud(cloud(3, kT0 + 100 * kMs), clock_.now());
+  builder_.step(clock_.now());
+  MapStore store(folder / "state");
+  ASSERT_TRUE(store.save(builder_, {77, 5, builder_.account()}));
+  MapBuilder again(config(), rig_);
+  const auto state = store.load(again);
+  ASSERT_TRUE(state) << state.error().text();
+  EXPECT_EQ(state->map_id, 77U);
+  EXPECT_EQ(state->revision, 5U);
+  EXPECT_EQ(again.account().last_frame, 3);
+  EXPECT_EQ(again.map().tiles().size(), builder_.map().tiles().size());
+  MapperConfig other = config();
+  other.voxel_m = 0.1;
+  MapBuilder coarse(other, rig_);
+  EXPECT_FALSE(store.load(coarse));
+}
+
+TEST_F(MapBuilderTest, AnUnwritableFolderIsNamed) {
+  const auto saved = save_map(builder_, "/proc/nowhere");
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, ErrorCode::kResource);
+  EXPECT_NE(saved.error().where.find("/proc/nowhere"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace crane

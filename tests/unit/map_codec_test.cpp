@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
+#include <octomap/OcTree.h>
+
+#include <fstream>
+#include <memory>
+#include <random>
+
+#include "map_codec/crc32c.hpp"
+#include "map_codec/octomap_file.hpp"
+#include "map_codec/octree_stream.hpp"
+#include "map_codec/tile_codec.hpp"
+#include "map_codec/tile_snapshot.hpp"
+#include "temp_folder.hpp"
+
+namespace crane {
+namespace {
+
+/// Random voxels in a few tiles on both sides of zero, with runs that prune.
+OccupancyMap random_map(unsigned seed) {
+  OccupancyMap map(0.05, 1U << 30U);
+  std::mt19937 random(seed);
+  for (const TileKey key : {TileKey{0, 0}, TileKey{-1, 0}, TileKey{3, -2}})
+    for (int bz : {-1, 0, 2}) {
+      Block& block = *map.block(map.tile(key), bz);
+      for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+        const unsigned what = random() % 8;
+        const bool run = (i / 16384) == 1;  // the upper half of a block is all free
+        block.log_odds[i] = static_cast<std::int8_t>(run ? -40 : what == 0 ? 27 : what < 4 ? -13 : 0);
+      }
+      map.observe_surface(block, 5, bz * 32, bz * 32 * 0.05 + 0.03, 200, 100, 50);
+    }
+  return map;
+}
+
+void write(const std::string& path, const Bytes& bytes) {
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+}
+
+/// Every voxel of the map, as an OctoMap tree says it.
+template <class Tree>
+void expect_same_voxels(const OccupancyMap& map, const Tree& tree) {
+  for (const Tile* tile : map.tiles())
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i) {
+        const int x = tile->key.x * 32 + i % 32;
+        const int y = tile->key.y * 32 + i / 32 % 32;
+        const int z = bz * 32 + i / 1024;
+        const auto* node = tree.search(map.centre(x), map.centre(y), map.centre(z));
+        const Occupancy said = node == nullptr             ? Occupancy::kUnknown
+                               : tree.isNodeOccupied(node) ? Occupancy::kOccupied
+                                                           : Occupancy::kFree;
+        ASSERT_EQ(said, block->at(i)) << x << " " << y << " " << z;
+      }
+}
+
+TEST(Crc32c, HasTheStandardCheckValue) {
+  const std::string text = "123456789";
+  EXPECT_EQ(crc32c({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}), 0xE3069283U);
+}
+
+TEST(OctreeStream, OctomapReadsTheBtVoxelForVoxel) {
+  const OccupancyMap map = random_map(1);
+  const test::TempFolder folder;
+  write(folder / "map.bt", write_bt(map));
+  octomap::OcTree tree(1);
+  ASSERT_TRUE(tree.readBinary(folder / "map.bt"));
+  EXPECT_DOUBLE_EQ(tree.getResolution(), 0.05);
+  expect_same_voxels(map, tree);
+  // The same tree as OctoMap itself would write: pruned as far as can be.
+  const std::size_t nodes = tree.calcNumNodes();
+  tree.prune();
+  EXPECT_EQ(tree.calcNumNodes(), nodes);
+}
+
+TEST(OctreeStream, OctomapReadsTheColourOtVoxelForVoxelWithItsColours) {
+  const OccupancyMap map = random_map(2);
+  const test::TempFolder folder;
+  write(folder / "map.ot", write_colour_ot(map));
+  const std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(folder / "map.ot"));
+  auto* tree = dynamic_cast<octomap::ColorOcTree*>(any.get());
+  ASSERT_NE(tree, nullptr);
+  expect_same_voxels(map, *tree);
+  for (const Tile* tile : map.tiles())
+    for (const auto& [bz, block] : tile->blocks) {
+      if (block->at(5) != Occupancy::kOccupied) continue;
+      const auto* node = tree->search(map.centre(tile->key.x * 32 + 5), map.centre(tile->key.y * 32),
+                                      map.centre(bz * 32));
+      EXPECT_EQ(node->getColor(), octomap::ColorOcTreeNode::Color(200, 100, 50));
+    }
+}
+
+TEST(OctreeStream, AnEmptyMapIsAnEmptyTree) {
+  const OccupancyMap map(0.05, 1000);
+  const test::TempFolder folder;
+  write(folder / "map.bt", write_bt(map));
+  const auto read = read_octomap(folder / "map.bt");
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->occupied.empty());
+}
+
+TEST(TileCodec, RoundTrips) {
+  const OccupancyMap map = random_map(3);
+  for (const Tile* tile : map.tiles()) {
+    const auto decoded = decode_tile(encode_tile(*tile));
+    ASSERT_TRUE(decoded) << decoded.error().text();
+    EXPECT_EQ(decoded->blocks.size(), tile->blocks.size());
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i)
+        ASSERT_EQ(decoded->at(i % 32, i / 32 % 32, bz * 32 + i / 1024), block->at(i));
+  }
+}
+
+TEST(TileCodec, HeightsRoundTripToATenthOfAMillimetre) {
+  TileHeights heights{};
+  heights[7] = {1.23456, 0.01, ColumnState::kObstacle, 1'700'000'000 * kNsPerSecond};
+  heights[8] = {-0.05, 0.002, ColumnState::kFloor, 5 * kNsPerSecond};
+  const auto back = decode_heights(encode_heights(heights));
+  ASSERT_TRUE(back);
+  EXPECT_NEAR((*back)[7].height_m, 1.2346, 1e-9);
+  EXPECT_EQ((*back)[7].last_observed, 1'700'000'000 * kNsPerSecond);
+  EXPECT_NEAR((*back)[8].height_m, -0.05, 1e-9);
+  EXPECT_EQ((*back)[0].state, ColumnState::kUnknown);
+}
+
+TEST(TileCodec, RefusesDamageWithoutTakingMemory) {
+  const OccupancyMap map = random_map(4);
+  const Bytes good = encode_tile(*map.tiles()[0]);
+  for (std::size_t size = 0; size < good.size(); size += 97)
+    EXPECT_FALSE(decode_tile(std::span(good).first(size)));
+  EXPECT_FALSE(decode_heights(good));
+  // A frame that claims 1 TiB
+  const Bytes bomb = {0x28, 0xB5, 0x2F, 0xFD, 0xE0, 0, 0, 0, 0, 0, 1, 0, 0};
+  EXPECT_FALSE(decode_tile(bomb));
+}
+
+TEST(TileSnapshot, RestoresEverything) {
+  const OccupancyMap map = random_map(5);
+  OccupancyMap back(0.05, 1U << 30U);
+  for (const Tile* tile : map.tiles()) ASSERT_TRUE(read_snapshot(write_snapshot(*tile), back));
+  EXPECT_EQ(write_bt(back), write_bt(map));
+  EXPECT_EQ(write_colour_ot(back), write_colour_ot(map));
+  Bytes damaged = write_snapshot(*map.tiles()[0]);
+  damaged[damaged.size() / 2] ^= 1U;
+  EXPECT_FALSE(read_snapshot(damaged, back));
+}
+
+TEST(TileDigest, DependsOnPlaceAndContentButNotOnOrder) {
+  EXPECT_NE(tile_digest({1, 2}, 3), tile_digest({2, 1}, 3));
+  EXPECT_NE(tile_digest({1, 2}, 3), tile_digest({1, 2}, 4));
+  EXPECT_EQ(tile_digest({1, 2}, 3) + tile_digest({5, 6}, 7),
+            tile_digest({5, 6}, 7) + tile_digest({1, 2}, 3));
+}
+
+}  // namespace
+}  // namespace crane

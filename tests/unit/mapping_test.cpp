@@ -1,0 +1,165 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "mapping/heights.hpp"
+#include "mapping/map_judge.hpp"
+#include "mapping/projective_integrator.hpp"
+
+namespace crane {
+namespace {
+
+constexpr std::size_t kPlenty = 1U << 30U;
+
+/// A camera `height_m` above a floor, with a box of `box_m` under it; every pixel matched.
+struct View {
+  std::vector<float> depth;
+  DepthFrame frame;
+
+  View(double height_m, double box_m, std::uint32_t width = 320, std::uint32_t height = 240) {
+    frame.width = width;
+    frame.height = height;
+    frame.f_px = 300;
+    frame.cx_px = (width - 1) / 2.0;
+    frame.cy_px = (height - 1) / 2.0;
+    frame.baseline_m = 0.12;
+    frame.sigma_disparity_px = 0.01;
+    Eigen::Matrix3d down;
+    down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+    frame.T_map_rectified.linear() = down;
+    frame.T_map_rectified.translation() = Eigen::Vector3d(0, 0, height_m);
+    depth.resize(std::size_t(width) * height);
+    for (std::uint32_t v = 0; v < height; ++v)
+      for (std::uint32_t u = 0; u < width; ++u) {
+        const double z_box = height_m - box_m;
+        const bool on_box = std::abs((u - frame.cx_px) / frame.f_px * z_box) < 0.2 &&
+                            std::abs((v - frame.cy_px) / frame.f_px * z_box) < 0.2;
+        depth[std::size_t(v) * width + u] = static_cast<float>(on_box ? z_box : height_m);
+      }
+    frame.depth_m = depth.data();
+  }
+};
+
+TEST(ProjectiveIntegrator, MapsSurfacesOccupiedSpaceAboveFreeAndLeavesBelowUnknown) {
+  const View view(2.0, 0.5);
+  OccupancyMap map(0.05, kPlenty);
+  ProjectiveIntegrator integrator({-0.3, 1.8});
+  const IntegrationReport report = integrator.integrate(view.frame, 1, map);
+  EXPECT_GT(report.points, 1000U);
+  EXPECT_EQ(map.at(map.index(0.6), map.index(0.6), map.index(0.001)), Occupancy::kOccupied);
+  EXPECT_EQ(map.at(map.index(0.6), map.index(0.6), map.index(1.0)), Occupancy::kFree);
+  EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.5001)), Occupancy::kOccupied);
+  EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.9)), Occupancy::kFree);
+  EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.25)), Occupancy::kUnknown);
+  EXPECT_EQ(map.at(map.index(0.6), map.index(0.6), map.index(-0.2)), Occupancy::kUnknown);
+  EXPECT_EQ(map.at(map.index(9), map.index(9), map.index(1)), Occupancy::kUnknown);
+}
+
+TEST(ProjectiveIntegrator, PixelsWithoutAMatchAreNoEvidence) {
+  View view(2.0, 0);
+  std::fill(view.depth.begin(), view.depth.end(), 0.0F);
+  OccupancyMap map(0.05, kPlenty);
+  const IntegrationReport report = ProjectiveIntegrator({}).integrate(view.frame, 1, map);
+  EXPECT_EQ(report.points, 0U);
+  EXPECT_EQ(report.freed, 0U);
+  EXPECT_TRUE(map.tiles().empty());
+}
+
+TEST(ProjectiveIntegrator, AgreesWithRayCastingWhereverItClaimsFree) {
+  // Slow reference: march along every pixel's ray; a voxel no ray passes may not be free.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> bump(0, 0.4F);
+  View view(2.0, 0.5, 160, 120);
+  for (std::size_t i = 0; i < view.depth.size(); ++i)
+    if (i / 160 % 20 < 4) view.depth[i] -= bump(random);
+  OccupancyMap map(0.05, kPlenty);
+  ProjectiveIntegrator({-0.3, 1.8}).integrate(view.frame, 1, map);
+  OccupancyMap reference(0.05, kPlenty);
+  for (std::uint32_t v = 0; v < 120; ++v)
+    for (std::uint32_t u = 0; u < 160; ++u)
+      for (float z = 0.1F; z < view.depth[v * 160 + u]; z += 0.01F) {
+        const Eigen::Vector3d p =
+            view.frame.T_map_rectified * Eigen::Vector3d((u - view.frame.cx_px) / 300 * z,
+                                                         (v - view.frame.cy_px) / 300 * z, z);
+        const int x = map.index(p.x()), y = map.index(p.y()), k = map.index(p.z());
+        Tile& tile = reference.tile({tile_of(x), tile_of(y)});
+        reference.block(tile, tile_of(k))
+            ->log_odds[std::size_t((in_tile(k) * 32 + in_tile(y)) * 32 + in_tile(x))] = -1;
+      }
+  std::size_t free = 0, wrong = 0, reference_free = 0;
+  for (const Tile* tile : reference.tiles())
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i) reference_free += block->at(i) == Occupancy::kFree ? 1 : 0;
+  for (const Tile* tile : map.tiles())
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i) {
+        if (block->at(i) != Occupancy::kFree) continue;
+        ++free;
+        wrong += reference.at(tile->key.x * 32 + i % 32, tile->key.y * 32 + i / 32 % 32,
+                              bz * 32 + i / 1024) == Occupancy::kFree ? 0 : 1;
+      }
+  EXPECT_LT(double(wrong), 0.002 * double(free));
+  EXPECT_GT(double(free), 0.7 * double(reference_free));
+}
+
+TEST(ProjectiveIntegrator, AnObstacleThatLeftIsClearedWithinThreeObservations) {
+  const View with(2.0, 0.5);
+  const View without(2.0, 0);
+  OccupancyMap map(0.05, kPlenty);
+  ProjectiveIntegrator integrator({-0.3, 1.8});
+  integrator.integrate(with.frame, 1, map);
+  for (int i = 0; i < 3; ++i) integrator.integrate(without.frame, 2 + i, map);
+  EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.5001)), Occupancy::kFree);
+}
+
+TEST(ProjectiveIntegrator, TheMemoryLimitIsKeptAndCounted) {
+  const View view(2.0, 0.5);
+  OccupancyMap map(0.02, 1'000'000);
+  ProjectiveIntegrator({-0.3, 1.8}).integrate(view.frame, 1, map);
+  EXPECT_GT(map.refused_blocks(), 0U);
+  EXPECT_LT(map.memory_bytes(), 2'000'000U);
+}
+
+TEST(Heights, AreFinerThanAVoxel) {
+  for (double box_m : {0.43, 0.45, 0.5, 0.52}) {
+    const View view(2.0, box_m);
+    OccupancyMap map(0.1, kPlenty);
+    ProjectiveIntegrator({-0.3, 1.8}).integrate(view.frame, 42 * kNsPerSecond, map);
+    const Tile* tile = map.find({0, 0});
+    ASSERT_NE(tile, nullptr);
+    const auto heights = tile_heights(map, *tile, floor_tolerance_m(0.1));
+    EXPECT_NEAR(heights[0].height_m, box_m, 0.002) << box_m;
+    EXPECT_EQ(heights[0].state, ColumnState::kObstacle);
+    EXPECT_EQ(heights[0].last_observed, 42 * kNsPerSecond);
+    EXPECT_EQ(heights[5 * 32 + 5].state, ColumnState::kFloor);
+    EXPECT_EQ(heights[31 * 32 + 31].state, ColumnState::kUnknown);
+  }
+}
+
+TEST(MapJudge, CountsUnsafeMissedAndPhantomColumns) {
+  HeightMap truth;
+  truth.cell_m = 0.1;
+  truth.columns = truth.rows = 20;
+  truth.height_mm.assign(400, 0);
+  for (int row = 8; row < 12; ++row)
+    for (int column = 8; column < 12; ++column) truth.height_mm[std::size_t(row * 20 + column)] = 1000;
+  std::vector<OccupiedCube> map;
+  for (int row = 0; row < 20; ++row)
+    for (int column = 0; column < 20; ++column)
+      map.push_back({column * 0.1 + 0.05, row * 0.1 + 0.05, 0.05, 0.1});
+  Judgement flat = judge(map, 0.1, truth);
+  EXPECT_EQ(flat.obstacle_columns, 16U);
+  EXPECT_DOUBLE_EQ(flat.unsafe, 1.0);
+  EXPECT_DOUBLE_EQ(flat.missed, 1.0);
+  for (int row = 8; row < 12; ++row)
+    for (int column = 8; column < 12; ++column)
+      map.push_back({column * 0.1 + 0.05, row * 0.1 + 0.05, 0.95, 0.1});
+  const Judgement right = judge(map, 0.1, truth);
+  EXPECT_DOUBLE_EQ(right.unsafe, 0);
+  EXPECT_DOUBLE_EQ(right.phantom, 0);
+  map.push_back({0.25, 0.25, 1.55, 0.1});
+  EXPECT_GT(judge(map, 0.1, truth).phantom, 0);
+}
+
+}  // namespace
+}  // namespace crane

@@ -1,0 +1,64 @@
+#include "geometry/position_track.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace crane {
+namespace {
+
+using Added = PositionTrack::Added;
+using Lookup = PositionTrack::Lookup;
+constexpr std::chrono::milliseconds kGap(200);
+constexpr TimeNs kMs = 1'000'000;
+
+TEST(PositionTrack, InterpolatesToTheExposureTime) {
+  PositionTrack track(0, 40);
+  track.add(100 * kMs, 1.0);
+  track.add(150 * kMs, 2.0);
+  double m = 0;
+  EXPECT_EQ(track.at(110 * kMs, kGap, m), Lookup::kFound);
+  EXPECT_NEAR(m, 1.2, 1e-12);
+  EXPECT_EQ(track.at(150 * kMs, kGap, m), Lookup::kFound);
+  EXPECT_DOUBLE_EQ(m, 2.0);
+}
+
+TEST(PositionTrack, WaitsForAReadingAfterTheExposure) {
+  PositionTrack track(0, 40);
+  double m = 0;
+  EXPECT_EQ(track.at(100, kGap, m), Lookup::kNotYet);
+  track.add(100 * kMs, 1.0);
+  EXPECT_EQ(track.at(101 * kMs, kGap, m), Lookup::kNotYet);
+}
+
+TEST(PositionTrack, NeverBridgesAGapNorExtrapolatesBackwards) {
+  PositionTrack track(0, 40);
+  track.add(100 * kMs, 1.0);
+  track.add(301 * kMs, 2.0);
+  double m = -7;
+  EXPECT_EQ(track.at(200 * kMs, kGap, m), Lookup::kGap);
+  EXPECT_EQ(track.at(50 * kMs, kGap, m), Lookup::kGap);
+  EXPECT_EQ(m, -7);
+}
+
+TEST(PositionTrack, RefusesNotANumberOutOfRangeAndTimeGoingBackwards) {
+  PositionTrack track(0, 40);
+  EXPECT_EQ(track.add(1, std::numeric_limits<double>::quiet_NaN()), Added::kNotFinite);
+  EXPECT_EQ(track.add(1, std::numeric_limits<double>::infinity()), Added::kNotFinite);
+  EXPECT_EQ(track.add(1, 40.001), Added::kOutOfRange);
+  EXPECT_EQ(track.add(1, -0.001), Added::kOutOfRange);
+  EXPECT_EQ(track.add(10, 1), Added::kYes);
+  EXPECT_EQ(track.add(10, 1), Added::kOutOfOrder);
+  EXPECT_EQ(track.add(9, 1), Added::kOutOfOrder);
+}
+
+TEST(PositionTrack, ForgetsTheOldestWhenFull) {
+  PositionTrack track(0, 40, 3);
+  for (int i = 1; i <= 4; ++i) track.add(i * 100 * kMs, i);
+  double m = 0;
+  EXPECT_EQ(track.at(150 * kMs, kGap, m), Lookup::kGap);
+  EXPECT_EQ(track.at(250 * kMs, kGap, m), Lookup::kFound);
+}
+
+}  // namespace
+}  // namespace crane

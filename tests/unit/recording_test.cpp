@@ -1,0 +1,159 @@
+#include "recording/recording.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "recording/csv.hpp"
+#include "recording/image_file.hpp"
+#include "recording/recording_writer.hpp"
+#include "temp_folder.hpp"
+
+namespace crane {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TempFolder;
+
+/// A copy of the rig recording's calibration and times, without its images, to be spoilt.
+class SpoiltRecording : public ::testing::Test {
+ protected:
+  SpoiltRecording() {
+    for (const char* file :
+         {"rig.yaml", "cam0/sensor.yaml", "cam0/data.csv", "cam1/sensor.yaml", "cam1/data.csv",
+          "cart0/sensor.yaml", "cart0/data.csv", "trolley0/sensor.yaml", "trolley0/data.csv"}) {
+      fs::create_directories(fs::path(folder_ / file).parent_path());
+      fs::copy_file(test::rig_recording() + "/" + file, folder_ / file);
+    }
+  }
+  void replace(const std::string& file, const std::string& from, const std::string& to) {
+    std::ifstream in(folder_ / file);
+    std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
+  }
+  void append(const std::string& file, const std::string& line) {
+    std::ofstream(folder_ / file, std::ios::app) << line << "\n";
+  }
+  /// The error must name what it is about.
+  void expect_error(const std::string& needle, ErrorCode code) {
+    const auto opened = Recording::open(folder_.path());
+    ASSERT_FALSE(opened);
+    EXPECT_NE(opened.error().text().find(needle), std::string::npos) << opened.error().text();
+    EXPECT_EQ(opened.error().code, code);
+    EXPECT_FALSE(opened.error().where.empty());
+  }
+  TempFolder folder_;
+};
+
+TEST_F(SpoiltRecording, OpensUnspoilt) {
+  const auto opened = Recording::open(folder_.path());
+  ASSERT_TRUE(opened) << opened.error().text();
+  EXPECT_EQ(opened->frames().size(), 6U);
+  EXPECT_NEAR(opened->rig().baseline_m(), 0.12, 1e-9);
+  EXPECT_NEAR(opened->rig().camera_height_m(), 1.95, 1e-9);
+}
+
+TEST_F(SpoiltRecording, SaysWhichCalibrationIsMissing) {
+  fs::remove(folder_ / "cam1/sensor.yaml");
+  expect_error("cam1/sensor.yaml: no such file", ErrorCode::kConfiguration);
+}
+
+TEST_F(SpoiltRecording, SaysWhichCalibrationKeyIsMistyped) {
+  replace("cam0/sensor.yaml", "intrinsics", "intrinsic");
+  expect_error("unknown key 'intrinsic'", ErrorCode::kConfiguration);
+  expect_error("'intrinsics' is missing", ErrorCode::kConfiguration);
+}
+
+TEST_F(SpoiltRecording, RefusesAMatrixThatIsNoRotation) {
+  replace("rig.yaml", "0, -1, 0, 0", "0, -2, 0, 0");
+  expect_error("rotation", ErrorCode::kConfiguration);
+}
+
+TEST_F(SpoiltRecording, RefusesSwappedCameras) {
+  replace("cam1/sensor.yaml", "0.12", "-0.12");
+  expect_error("swapped", ErrorCode::kConfiguration);
+}
+
+TEST_F(SpoiltRecording, RefusesUnequalLeftAndRightCounts) {
+  append("cam0/data.csv", "1700000009000000000,a.jpg");
+  expect_error("cam0 has 7 images, cam1 6", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesImagesNotTakenTogether) {
+  replace("cam1/data.csv", "1700000005000000000,", "1700000005040000000,");
+  expect_error("40 ms apart", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesTimeGoingBackwards) {
+  append("cart0/data.csv", "1600000000000000000,1.0");
+  expect_error("time does not increase", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesADistanceThatIsNoNumberAndKeepsNan) {
+  append("cart0/data.csv", "1700000009000000000,nan");
+  const auto opened = Recording::open(folder_.path());
+  ASSERT_TRUE(opened);
+  EXPECT_TRUE(std::isnan(opened->cart().back().distance_m));
+  append("trolley0/data.csv", "1700000009000000000,far");
+  expect_error("'far'", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesAPathOutOfTheRecording) {
+  replace("cam0/data.csv", "1700000000000000000.jpg", "../../../secret");
+  expect_error("no file name", ErrorCode::kBadData);
+}
+
+TEST(TimeCsv, NamesFileAndLine) {
+  const auto rows = parse_time_csv("# head\n5,a\nx,b\n", "data.csv");
+  ASSERT_FALSE(rows);
+  EXPECT_EQ(rows.error().where, "data.csv:3");
+}
+
+std::vector<std::uint8_t> bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(ImageFile, RefusesATruncatedImageAtAnyLength) {
+  const std::string path = test::rig_recording() + "/cam0/data/1700000000000000000.jpg";
+  const std::vector<std::uint8_t> whole = bytes_of(path);
+  ASSERT_TRUE(decode_image(whole, path, 1'000'000));
+  for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 50) {
+    const auto image = decode_image({whole.begin(), whole.begin() + std::ptrdiff_t(size)}, path, 1'000'000);
+    ASSERT_FALSE(image) << size;
+    EXPECT_EQ(image.error().where, path);
+  }
+}
+
+TEST(ImageFile, RefusesMorePixelsThanAFrameHolds) {
+  const std::string path = test::rig_recording() + "/cam0/data/1700000000000000000.jpg";
+  const auto image = decode_image(bytes_of(path), path, 100'000);
+  ASSERT_FALSE(image);
+  EXPECT_NE(image.error().what.find("1280 x 720"), std::string::npos);
+}
+
+TEST(RecordingWriter, WritesWhatRecordingOpens) {
+  const TempFolder folder;
+  StereoRig rig = Recording::open(test::rig_recording())->rig();
+  rig.left.k1 = -0.05;
+  auto writer = RecordingWriter::create(folder / "r", rig, 10, {});
+  ASSERT_TRUE(writer);
+  const Image image{1280, 720, 1, std::vector<std::uint8_t>(1280 * 720, 7)};
+  ASSERT_TRUE(writer->add_frame(5'000'000'000, image, image, "png"));
+  ASSERT_TRUE(writer->add_cart(5'000'000'000, 1.2345));
+  ASSERT_TRUE(writer->add_trolley(5'000'000'000, 2));
+  ASSERT_TRUE(writer->close());
+  const auto opened = Recording::open(folder / "r");
+  ASSERT_TRUE(opened) << opened.error().text();
+  EXPECT_DOUBLE_EQ(opened->rig().left.k1, -0.05);
+  EXPECT_DOUBLE_EQ(opened->cart()[0].distance_m, 1.2345);
+  const auto back = read_image(opened->frames()[0].left_file, 1'000'000);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->bytes, image.bytes);
+}
+
+}  // namespace
+}  // namespace crane

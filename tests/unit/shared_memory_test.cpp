@@ -1,0 +1,63 @@
+#include "dds/shared_memory.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "temp_folder.hpp"
+
+namespace crane::dds {
+namespace {
+
+namespace fs = std::filesystem;
+
+void touch(const std::string& path) { std::ofstream(path) << "x"; }
+
+TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
+  const test::TempFolder shm;
+  const SegmentLock living("aaaa", shm.path());
+  touch(shm / "fast_datasharing_aaaa.0.1.3_0.0.1.3");
+  touch(shm / "cranemap_lock_bbbb");  // a lock file that nobody holds: its owner was killed
+  touch(shm / "fast_datasharing_bbbb.0.1.3_0.0.1.3");
+  touch(shm / "fast_datasharing_cccc.0.1.3_0.0.1.3");  // of a process that is none of ours
+  touch(shm / "fastrtps_1234");
+  touch(shm / "fastrtps_1234_el");
+  touch(shm / "fastrtps_port7411");
+  touch(shm / "fastrtps_port7411_el");
+  touch(shm / "fastrtps_port7411_sl");
+  touch(shm / "sem.fastrtps_port7411_mutex");
+  touch(shm / "fastrtps_port7413");
+  touch(shm / "fastrtps_port7413_el");
+  touch(shm / "somebody_elses_file");
+  const int held = open((shm / "fastrtps_port7413_el").c_str(), O_RDWR);
+  ASSERT_EQ(flock(held, LOCK_SH | LOCK_NB), 0);
+
+  EXPECT_EQ(remove_stale_segments(shm.path()), 2U + 2U + 4U);
+
+  for (const char* stays : {"cranemap_lock_aaaa", "fast_datasharing_aaaa.0.1.3_0.0.1.3",
+                            "fast_datasharing_cccc.0.1.3_0.0.1.3", "fastrtps_port7413",
+                            "fastrtps_port7413_el", "somebody_elses_file"})
+    EXPECT_TRUE(fs::exists(shm / stays)) << stays;
+  EXPECT_EQ(std::distance(fs::directory_iterator(shm.path()), fs::directory_iterator()), 6);
+  close(held);
+}
+
+TEST(StaleSegments, ALockGoesWithItsOwner) {
+  const test::TempFolder shm;
+  { const SegmentLock lock("dddd", shm.path()); }
+  EXPECT_TRUE(fs::is_empty(shm.path()));
+}
+
+TEST(SharedMemoryCheck, SaysHowMuchIsMissingAndWhatToDo) {
+  EXPECT_TRUE(check_shared_memory(1, "/tmp"));
+  const auto small = check_shared_memory(1ULL << 60U, "/tmp");
+  ASSERT_FALSE(small);
+  EXPECT_NE(small.error().todo.find("--shm-size"), std::string::npos);
+  EXPECT_FALSE(check_shared_memory(1, "/nowhere"));
+}
+
+}  // namespace
+}  // namespace crane::dds
