@@ -1,5 +1,7 @@
 #include "config/site_config.hpp"
 
+#include <array>
+#include <charconv>
 #include <sstream>
 
 #include "config/yaml_reader.hpp"
@@ -81,6 +83,28 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   return config;
 }
 
+/// A YAML scalar that reads back as exactly this text.
+std::string quoted(const std::string& text) {
+  static constexpr char kHex[] = "0123456789abcdef";
+  std::string out = "\"";
+  for (const unsigned char c : text) {
+    if (c == '"' || c == '\\')
+      (out += '\\') += static_cast<char>(c);
+    else if (c < 0x20 || c == 0x7F)
+      ((out += "\\x") += kHex[c >> 4U]) += kHex[c & 15U];
+    else
+      out += static_cast<char>(c);
+  }
+  return out + '"';
+}
+
+/// The shortest text that reads back as the same number.
+std::string exact(double value) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
 }  // namespace
 
 Result<SiteConfig> read_site_config(const std::string& path) {
@@ -95,7 +119,7 @@ std::string to_yaml(const SiteConfig& c) {
   std::ostringstream s;
   const auto list = [](const std::vector<std::string>& items) {
     std::string out = "[";
-    for (std::size_t i = 0; i < items.size(); ++i) out += (i > 0 ? ", '" : "'") + items[i] + "'";
+    for (std::size_t i = 0; i < items.size(); ++i) out += (i > 0 ? ", " : "") + quoted(items[i]);
     return out + "]";
   };
   s << "crane: " << c.crane << "\n"
@@ -106,8 +130,8 @@ std::string to_yaml(const SiteConfig& c) {
     << "  shm_segment_mib: " << c.dds.shm_segment_mib << "\n"
     << "  udp_buffer_kib: " << c.dds.udp_buffer_kib << "\n";
   if (!c.dds.profile_file.empty())
-    s << "  profile_file: '" << c.dds.profile_file << "'\n"
-      << "  profile_name: '" << c.dds.profile_name << "'\n";
+    s << "  profile_file: " << quoted(c.dds.profile_file) << "\n"
+      << "  profile_name: " << quoted(c.dds.profile_name) << "\n";
   s << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << (c.stereo.matcher == StereoConfig::Matcher::kBlock ? "bm" : "sgbm") << "\n"
@@ -115,28 +139,28 @@ std::string to_yaml(const SiteConfig& c) {
     << "  speckle_window_px: " << c.stereo.speckle_window_px << "\n"
     << "  uniqueness_percent: " << c.stereo.uniqueness_percent << "\n"
     << "  left_right_px: " << c.stereo.left_right_px << "\n"
-    << "  nearest_m: " << c.stereo.nearest_m << "\n"
-    << "  farthest_m: " << c.stereo.farthest_m << "\n"
-    << "  sigma_disparity_px: " << c.stereo.sigma_disparity_px << "\n"
+    << "  nearest_m: " << exact(c.stereo.nearest_m) << "\n"
+    << "  farthest_m: " << exact(c.stereo.farthest_m) << "\n"
+    << "  sigma_disparity_px: " << exact(c.stereo.sigma_disparity_px) << "\n"
     << "mapper:\n"
     << "  method: " << (c.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default")
     << "\n"
-    << "  voxel_m: " << c.mapper.voxel_m << "\n"
-    << "  z_min_m: " << c.mapper.z_min_m << "\n"
-    << "  z_max_m: " << c.mapper.z_max_m << "\n"
+    << "  voxel_m: " << exact(c.mapper.voxel_m) << "\n"
+    << "  z_min_m: " << exact(c.mapper.z_min_m) << "\n"
+    << "  z_max_m: " << exact(c.mapper.z_max_m) << "\n"
     << "  max_position_gap_ms: " << c.mapper.max_position_gap_ms << "\n"
     << "  position_wait_ms: " << c.mapper.position_wait_ms << "\n"
     << "  cart_latency_ms: " << c.mapper.cart_latency_ms << "\n"
     << "  trolley_latency_ms: " << c.mapper.trolley_latency_ms << "\n"
-    << "  rangefinder_min_m: " << c.mapper.rangefinder_min_m << "\n"
-    << "  rangefinder_max_m: " << c.mapper.rangefinder_max_m << "\n"
-    << "  publish_hz: " << c.mapper.publish_hz << "\n"
-    << "  octree_hz: " << c.mapper.octree_hz << "\n"
+    << "  rangefinder_min_m: " << exact(c.mapper.rangefinder_min_m) << "\n"
+    << "  rangefinder_max_m: " << exact(c.mapper.rangefinder_max_m) << "\n"
+    << "  publish_hz: " << exact(c.mapper.publish_hz) << "\n"
+    << "  octree_hz: " << exact(c.mapper.octree_hz) << "\n"
     << "  stale_ms: " << c.mapper.stale_ms << "\n"
     << "  max_memory_mib: " << c.mapper.max_memory_mib << "\n"
     << "  outlier_neighbours: " << c.mapper.outlier_neighbours << "\n"
-    << "  outlier_std: " << c.mapper.outlier_std << "\n"
-    << "  leaf_m: " << c.mapper.leaf_m << "\n"
+    << "  outlier_std: " << exact(c.mapper.outlier_std) << "\n"
+    << "  leaf_m: " << exact(c.mapper.leaf_m) << "\n"
     << "  outliers_first: " << (c.mapper.outliers_first ? "true" : "false") << "\n";
   return s.str();
 }

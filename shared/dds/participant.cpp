@@ -5,6 +5,7 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -28,19 +29,29 @@ constexpr std::uint64_t kZeroCopyBytes = 68U << 20U;
 class LogBridge final : public fdds::LogConsumer {
  public:
   void Consume(const fdds::Log::Entry& entry) override {
+    // Said once by every process at its first sample, and at every orderly end: of no use.
+    if (entry.message.find("Buffer is being invalidated") == 0 && invalidated_++ == 0) return;
+    if (entry.message.find("Automatically unmatching") == 0) return;
     const std::string text = "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
     if (entry.kind == fdds::Log::Kind::Error)
       log_error(text);
     else
       log_warning(text);
   }
+
+ private:
+  int invalidated_ = 0;
 };
 
-void use_our_log() {
+void prepare_library() {
   static const bool done = [] {
     fdds::Log::ClearConsumers();
     fdds::Log::RegisterConsumer(std::make_unique<LogBridge>());
     fdds::Log::SetVerbosity(fdds::Log::Kind::Warning);
+    // One path for samples, whoever the other end is.
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
     return true;
   }();
   (void)done;
@@ -101,7 +112,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   if (settings.domain > 232)
     return Error{ErrorCode::kConfiguration, "dds.domain",
                  std::to_string(settings.domain) + " is outside 0..232", "choose a smaller domain"};
-  use_our_log();
+  prepare_library();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   impl->zero_copy = settings.transport == Transport::kAuto;

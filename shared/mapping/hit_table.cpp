@@ -33,8 +33,8 @@ HitTable::Hit& HitTable::at(std::int32_t x, std::int32_t y, std::int32_t z) {
   return hit;
 }
 
-bool HitTable::contains(std::int32_t x, std::int32_t y, std::int32_t z) const {
-  return slots_[slot(x, y, z)].count > 0;
+std::uint32_t HitTable::count(std::int32_t x, std::int32_t y, std::int32_t z) const {
+  return slots_[slot(x, y, z)].count;
 }
 
 void HitTable::grow() {

@@ -17,7 +17,8 @@ class HitTable {
 
   void clear();
   Hit& at(std::int32_t x, std::int32_t y, std::int32_t z);
-  [[nodiscard]] bool contains(std::int32_t x, std::int32_t y, std::int32_t z) const;
+  /// Points in a voxel; 0 = none.
+  [[nodiscard]] std::uint32_t count(std::int32_t x, std::int32_t y, std::int32_t z) const;
   template <class F>
   void for_each(F&& f) const {
     for (const Hit& hit : slots_)

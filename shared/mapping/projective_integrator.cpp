@@ -11,6 +11,7 @@ namespace {
 constexpr double kMinMatchedShare = 0.5;
 /// Share of the pixels a level voxel face covers that must hit a voxel before it is believed.
 constexpr double kMinHitShare = 0.06;
+constexpr std::uint32_t kNoiseRatio = 3;
 constexpr float kNoDepth = std::numeric_limits<float>::infinity();
 
 double mean_depth(const DepthFrame& f) {
@@ -29,8 +30,8 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   mean_depth_m_ = mean_depth(frame);
   if (!(mean_depth_m_ > 0)) return report;  // nothing matched: no evidence
   const double voxel_px = map.voxel_m() * frame.f_px / mean_depth_m_;
-  // About 4 x 4 samples on the face of a voxel are enough for its mean height.
-  stride_px_ = std::clamp(static_cast<int>(voxel_px / 4), 1, 8);
+  // About 3 x 3 samples on the face of a voxel are enough for its mean height.
+  stride_px_ = std::clamp(static_cast<int>(voxel_px / 3), 1, 8);
   const double samples = voxel_px * voxel_px / (stride_px_ * stride_px_);
   min_points_ = static_cast<std::uint32_t>(std::max(1.0, std::round(kMinHitShare * samples)));
   gather_hits(frame, map, report);
@@ -180,6 +181,8 @@ void ProjectiveIntegrator::carve_block(const DepthFrame& f, Tile& tile, int bloc
   Block* block = found == tile.blocks.end() ? nullptr : found->second.get();
   const Eigen::Matrix3f R = T_rectified_map.linear().cast<float>();
   const auto step = static_cast<float>(voxel);
+  const Eigen::Vector3f along_x = step * R.col(0);
+  const bool level = std::abs(along_x.z()) < 1e-6F * step;  // no tilt: one depth a row
   // From the centre to the farthest point of the voxel along the view.
   const float reach = 0.5F * step * (std::abs(R(2, 0)) + std::abs(R(2, 1)) + std::abs(R(2, 2)));
   const auto focal = static_cast<float>(f.f_px / cell_px_);
@@ -187,28 +190,34 @@ void ProjectiveIntegrator::carve_block(const DepthFrame& f, Tile& tile, int bloc
   const auto cv = static_cast<float>((f.cy_px + 0.5) / cell_px_);
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
   const int z_last = std::min(kTileEdge - 1, map.index(settings_.z_max_m) - block_z * kTileEdge);
+  const auto columns = static_cast<float>(cells_x_);
+  const auto rows = static_cast<float>(cells_y_);
   std::uint64_t freed = 0;
   for (int z = z_first; z <= z_last; ++z)
     for (int y = 0; y < kTileEdge; ++y) {
       const Eigen::Vector3d centre = corner_of(0, y, z) + Eigen::Vector3d::Constant(0.5 * voxel);
       const Eigen::Vector3f p0 = (T_rectified_map * centre).cast<float>();
+      if (level && (p0.z() < step || p0.z() + reach >= farthest_m_)) continue;
+      float inverse_z = focal / p0.z();
       for (int x = 0; x < kTileEdge; ++x) {
-        const Eigen::Vector3f p = p0 + float(x) * step * R.col(0);
-        if (p.z() < step || p.z() + reach >= farthest_m_) continue;
-        const float inverse_z = focal / p.z();
-        const float a = p.x() * inverse_z + cu;
-        const float b = p.y() * inverse_z + cv;
-        if (!(a >= 0 && b >= 0) || a >= float(cells_x_) || b >= float(cells_y_)) continue;
+        const float depth = p0.z() + float(x) * along_x.z();
+        if (!level) {
+          if (depth < step) continue;
+          inverse_z = focal / depth;
+        }
+        const float a = (p0.x() + float(x) * along_x.x()) * inverse_z + cu;
+        const float b = (p0.y() + float(x) * along_x.y()) * inverse_z + cv;
+        if (!(a >= 0 && b >= 0 && a < columns && b < rows)) continue;
         const float limit = free_depth_[std::size_t(int(b)) * cells_x_ + std::size_t(int(a))];
-        if (p.z() + reach >= limit) continue;
+        if (depth + reach >= limit) continue;
         if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return;
         std::int8_t& log_odds =
             block->log_odds[static_cast<std::size_t>((z * kTileEdge + y) * kTileEdge + x)];
         ++freed;
         if (log_odds == kLogOddsMin) continue;
         // A voxel with points of this very frame is not free, whatever passes beside them.
-        if (log_odds > kMiss && hits_.contains(tile.key.x * kTileEdge + x, tile.key.y * kTileEdge + y,
-                                               block_z * kTileEdge + z))
+        if (log_odds > kMiss && hits_.count(tile.key.x * kTileEdge + x, tile.key.y * kTileEdge + y,
+                                            block_z * kTileEdge + z) > 0)
           continue;
         OccupancyMap::update(log_odds, kMiss);
         tile.changed = true;
@@ -219,7 +228,12 @@ void ProjectiveIntegrator::carve_block(const DepthFrame& f, Tile& tile, int bloc
 
 void ProjectiveIntegrator::apply_hits(TimeNs time, OccupancyMap& map, IntegrationReport& report) {
   hits_.for_each([&](const HitTable::Hit& hit) {
-    if (hit.count < min_points_) {
+    // A voxel with few points right beside one with many, above or below, holds the noise of the
+    // surface in the other one. A surface on the border of two has about half of them in each, a
+    // wall the same number in all.
+    const std::uint32_t beside = std::max(hits_.count(hit.x, hit.y, hit.z - 1),
+                                          hits_.count(hit.x, hit.y, hit.z + 1));
+    if (hit.count < min_points_ || kNoiseRatio * hit.count < beside) {
       ++report.weak;
       return;
     }

@@ -9,7 +9,7 @@ namespace crane {
 namespace {
 constexpr int kReach = 4;
 constexpr int kStep = 2;
-constexpr std::int16_t kOnePixel = 16;
+constexpr std::uint16_t kOnePixel = 16;
 constexpr int kNeighbours = 24;
 }  // namespace
 
@@ -31,9 +31,10 @@ void disparity_support(std::span<const std::int16_t> disparity, std::size_t widt
       for (int dx = -kReach; dx <= kReach; dx += kStep) {
         if (dx == 0 && dy == 0) continue;
         for (std::size_t x = kReach; x < width - kReach; ++x) {
-          const int difference = centre[x] - other[static_cast<std::ptrdiff_t>(x) + dx];
-          votes[x] = static_cast<std::uint16_t>(
-              votes[x] + (difference <= kOnePixel && difference >= -kOnePixel ? 1 : 0));
+          // |difference| <= one pixel, in one unsigned 16-bit comparison: eight pixels at a time.
+          const auto shifted = static_cast<std::uint16_t>(
+              centre[x] - other[static_cast<std::ptrdiff_t>(x) + dx] + kOnePixel);
+          votes[x] = static_cast<std::uint16_t>(votes[x] + (shifted <= 2 * kOnePixel));
         }
       }
     }

@@ -109,7 +109,7 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     impl->count = paper_disparities(impl->size.width);
   } else {
     const double height = rig.camera_height_m();
-    const double nearest = settings.nearest_m > 0 ? settings.nearest_m : 0.4 * height;
+    const double nearest = settings.nearest_m > 0 ? settings.nearest_m : 0.5 * height;
     const double farthest = settings.farthest_m > 0 ? settings.farthest_m : 1.15 * height;
     if (!(nearest < farthest))
       return Error{ErrorCode::kConfiguration, "stereo.nearest_m",

@@ -110,6 +110,7 @@ void attack(const typename Topic::Type& good_sample, int rounds) {
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   if (Topic::kQos.deadline_ms > 0) qos.deadline().period = {0, 100'000'000};
   if (Topic::kQos.liveliness_ms > 0) qos.liveliness().lease_duration = {1, 0};
+  if (Topic::kQos.liveliness_ms > 0) qos.liveliness().announcement_period = {0, 300'000'000};
   qos.data_sharing().off();
   auto* writer = impl.publisher->create_datawriter(topic, qos);
   ASSERT_NE(writer, nullptr);
