@@ -40,10 +40,10 @@ class Service {
     while (!context_.stopping()) {
       wakeup.wait_for(50ms);
       while (!context_.stopping()) {
-        const auto frame = frames->take();
+        auto frame = frames->take();
         if (!frame) break;
         status().stages.add("camera to stereo", double(SystemClock().now() - frame->source_time_ns()) * 1e-6);
-        work(*frame);
+        work(std::move(frame));
       }
       const dds::ReaderCounts counts = frames->counts();
       status().dropped.set("frame broke its contract", counts.invalid);
@@ -55,43 +55,37 @@ class Service {
  private:
   StatusReporter& status() { return context_.status; }
 
-  void work(const dds::Received<v1::StereoFrame>& received) {
-    const v1::StereoFrame& frame = *received;
+  void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received) {
     ++status().received;
-    track(frame);
-    v1::PartialCloud* cloud = clouds_.loan();
-    if (cloud == nullptr) {
-      status().dropped.add("no free cloud memory");
-      return;
-    }
+    track(**received);
     const Stopwatch watch;
-    const bool colour = frame.encoding() == v1::ENCODING_BGR8;
+    const Header header = header_of(**received);
+    const bool colour = header.encoding == v1::ENCODING_BGR8;
+    const auto rectified = stage_.rectify({(*received)->left().data(), (*received)->right().data(),
+                                           (*received)->width(), (*received)->height(),
+                                           colour ? 3U : 1U});
+    const bool intact = received->intact();
+    received.reset();  // the camera's memory is not looked at any more
+    if (!rectified) return refuse("frame does not fit the calibration", rectified.error().text());
+    if (!intact)
+      return refuse("frame overwritten while it was read", "this host is too slow for the camera's rate");
+    v1::PartialCloud* cloud = clouds_.loan();
+    if (cloud == nullptr) return refuse("no free cloud memory", "a reader of partial_cloud is stuck");
     const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
-    const StereoImages images{frame.left().data(), frame.right().data(), frame.width(),
-                              frame.height(), colour ? 3U : 1U};
-    const auto report =
-        stage_.process(images, {{cloud->depth().data(), pixels},
-                                {cloud->confidence().data(), pixels},
-                                {cloud->colour().data(), colour ? 3 * pixels : 0}});
+    const auto report = stage_.match({{cloud->depth().data(), pixels},
+                                      {cloud->confidence().data(), pixels},
+                                      {cloud->colour().data(), colour ? 3 * pixels : 0}});
     if (!report) {
-      refuse(*cloud, "frame does not fit the calibration", report.error().text());
-      return;
+      clouds_.discard(cloud);
+      return refuse("frame could not be matched", report.error().text());
     }
-    fill_header(frame, colour, report->matched, *cloud);
-    if (!received.intact()) {
-      refuse(*cloud, "frame overwritten while in work",
-             "this host is too slow for the camera's rate");
-      return;
-    }
-    status().stages.add("rectify", report->rectify_ms);
+    fill(header, report->matched, *cloud);
+    status().stages.add("rectify", *rectified);
     status().stages.add("match", report->match_ms);
     status().stages.add("depth", report->depth_ms);
     status().stages.add("partial cloud", watch.ms());
-    if (auto sent = clouds_.publish(cloud); !sent) {
-      status().dropped.add("not accepted by DDS");
-      log_warning(sent.error().text());
-      return;
-    }
+    if (auto sent = clouds_.publish(cloud); !sent)
+      return refuse("not accepted by DDS", sent.error().text());
     ++status().published;
   }
 
@@ -106,22 +100,30 @@ class Service {
     last_ = frame.sequence_number();
   }
 
-  void refuse(v1::PartialCloud& cloud, const char* cause, const std::string& text) {
-    clouds_.discard(&cloud);
+  void refuse(const char* cause, const std::string& text) {
     status().dropped.add(cause);
     status().status = v1::STATUS_DEGRADED;
     if (status().message != text) log_warning(text);
     status().message = text;
   }
 
-  void fill_header(const v1::StereoFrame& frame, bool colour, std::uint32_t matched,
-                   v1::PartialCloud& cloud) {
+  /// What a cloud takes over from its frame.
+  struct Header {
+    std::uint32_t crane = 0, encoding = 0;
+    std::uint64_t stream = 0, sequence_number = 0;
+    TimeNs exposure_time = 0;
+  };
+  static Header header_of(const v1::StereoFrame& f) {
+    return {f.crane(), f.encoding(), f.stream(), f.sequence_number(), f.exposure_time_ns()};
+  }
+
+  void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {
     const RectifiedCamera& camera = stage_.camera();
-    cloud.crane(frame.crane());
-    cloud.has_colour(colour ? 1 : 0);
-    cloud.stream(frame.stream());
-    cloud.sequence_number(frame.sequence_number());
-    cloud.exposure_time_ns(frame.exposure_time_ns());
+    cloud.crane(header.crane);
+    cloud.has_colour(header.encoding == v1::ENCODING_BGR8 ? 1 : 0);
+    cloud.stream(header.stream);
+    cloud.sequence_number(header.sequence_number);
+    cloud.exposure_time_ns(header.exposure_time);
     cloud.f_px(camera.f_px);
     cloud.cx_px(camera.cx_px);
     cloud.cy_px(camera.cy_px);

@@ -9,6 +9,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "base/log.hpp"
@@ -233,6 +234,12 @@ struct Writer<Topic>::Impl : fdds::DataWriterListener {
   }
   ~Impl() override {
     if (writer == nullptr) return;
+    if (Topic::kQos.zero_copy && participant->impl().zero_copy && matched > 0) {
+      // Readers look into our memory, and Fast DDS unmaps it there the moment we are gone: let them
+      // take what is there, and use it. (A killed writer is noticed after its lease of 5 s.)
+      writer->wait_for_acknowledgments(Duration_t(0.5));
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
     writer->set_listener(nullptr);
     participant->impl().publisher->delete_datawriter(writer);
   }
@@ -254,6 +261,11 @@ Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& 
   fdds::DataWriterQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
   qos.reliability().max_blocking_time = Duration_t(1.0);
+  if (Topic::kQos.transient_local) {
+    // A late joiner asks for 256 samples at a time and hears of the next ones with a heartbeat.
+    qos.reliable_writer_qos().times.heartbeatPeriod = seconds(50);
+    qos.reliable_writer_qos().times.nackResponseDelay = seconds(1);
+  }
   if (Topic::kQos.liveliness_ms > 0)
     qos.liveliness().announcement_period = seconds(Topic::kQos.liveliness_ms / 4);
   impl->writer = participant->impl().publisher->create_datawriter(*topic, qos, impl.get());

@@ -13,6 +13,7 @@
 namespace crane::dds {
 
 /// A received, validated sample, possibly still in the writer's memory. Given back when destroyed.
+/// Use it at once and give it back within 100 ms: that long a writer waits before it ends.
 template <class Type>
 class Received {
  public:

@@ -7,7 +7,6 @@
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <sstream>
 
@@ -141,12 +140,8 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
                  "Fast DDS could not join: no free UDP port, no such interface, or no socket",
                  "stop other participants of the domain or choose another dds.domain; "
                  "check dds.interfaces against 'ip address'"};
-  std::ostringstream prefix;
-  for (unsigned char byte : impl->participant->guid().guidPrefix.value) {
-    char hex[3];
-    std::snprintf(hex, sizeof hex, "%02x", byte);
-    prefix << hex;
-  }
+  std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
+  prefix << impl->participant->guid().guidPrefix;
   if (impl->zero_copy) impl->lock = SegmentLock(prefix.str());
 
   const std::string partition = "crane_" + std::to_string(settings.crane);

@@ -14,7 +14,7 @@ namespace crane::dds {
 class SegmentLock {
  public:
   SegmentLock() = default;
-  /// `guid_prefix`: hexadecimal, as Fast DDS puts it into the names of its segments.
+  /// `guid_prefix`: as Fast DDS puts it into the names of its segments.
   explicit SegmentLock(const std::string& guid_prefix, const std::string& directory = "/dev/shm");
   ~SegmentLock();
   SegmentLock(SegmentLock&& other) noexcept;

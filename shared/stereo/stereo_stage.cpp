@@ -54,6 +54,7 @@ struct StereoStage::Impl {
   int first = 0, count = 0;
   cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> matcher;
+  bool coloured = false;
   cv::Mat left_colour, left, right_grey, right, disparity;
 };
 
@@ -128,38 +129,47 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   return StereoStage(std::move(impl));
 }
 
-Result<StereoReport> StereoStage::process(const StereoImages& images, const CloudImages& out) {
+Result<double> StereoStage::rectify(const StereoImages& images) {
   Impl& m = *impl_;
-  const std::size_t pixels = std::size_t(m.size.area());
-  expects(out.depth_m.size() == pixels && out.confidence.size() == pixels,
-          "outputs fit the rectified camera");
-  expects(out.colour.empty() || out.colour.size() == 3 * pixels, "colour fits or is empty");
   if (images.width != m.camera.width || images.height != m.camera.height)
     return Error{ErrorCode::kWrongSize, "stereo frame",
                  std::to_string(images.width) + " x " + std::to_string(images.height) +
                      " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
                      std::to_string(m.size.height),
                  "use the calibration of this camera at this resolution"};
-  StereoReport report;
+  const Stopwatch watch;
   try {
-    const Stopwatch rectify;
-    const int type = images.channels == 3 ? CV_8UC3 : CV_8UC1;
+    m.coloured = images.channels == 3;
+    const int type = m.coloured ? CV_8UC3 : CV_8UC1;
     const cv::Mat raw_left(m.size, type, const_cast<std::uint8_t*>(images.left));
     const cv::Mat raw_right(m.size, type, const_cast<std::uint8_t*>(images.right));
-    if (images.channels == 3) {
+    if (m.coloured) {
       cv::remap(raw_left, m.left_colour, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
       cv::cvtColor(m.left_colour, m.left, cv::COLOR_BGR2GRAY);
       cv::cvtColor(raw_right, m.right_grey, cv::COLOR_BGR2GRAY);
+      cv::remap(m.right_grey, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
     } else {
       cv::remap(raw_left, m.left, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
-      m.right_grey = raw_right;
+      cv::remap(raw_right, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
     }
-    cv::remap(m.right_grey, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
-    report.rectify_ms = rectify.ms();
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::kBadData, "stereo frame", "OpenCV: " + e.err, ""};
+  }
+  return watch.ms();
+}
 
-    const Stopwatch match;
+Result<StereoReport> StereoStage::match(const CloudImages& out) {
+  Impl& m = *impl_;
+  const std::size_t pixels = std::size_t(m.size.area());
+  expects(!m.left.empty(), "rectify() came first");
+  expects(out.depth_m.size() == pixels && out.confidence.size() == pixels,
+          "outputs fit the rectified camera");
+  expects(out.colour.empty() || out.colour.size() == 3 * pixels, "colour fits or is empty");
+  StereoReport report;
+  try {
+    const Stopwatch matching;
     m.matcher->compute(m.left, m.right, m.disparity);
-    report.match_ms = match.ms();
+    report.match_ms = matching.ms();
 
     const Stopwatch depth;
     const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
@@ -178,7 +188,7 @@ Result<StereoReport> StereoStage::process(const StereoImages& images, const Clou
     }
     if (!out.colour.empty()) {
       const cv::Mat target(m.size, CV_8UC3, out.colour.data());
-      if (images.channels == 3)
+      if (m.coloured)
         m.left_colour.copyTo(target);
       else
         cv::cvtColor(m.left, target, cv::COLOR_GRAY2BGR);

@@ -44,7 +44,7 @@ struct CloudImages {
 struct StereoReport {
   std::uint32_t matched = 0;      ///< pixels with depth
   std::uint32_t unsupported = 0;  ///< matches dropped because their neighbours disagree
-  double rectify_ms = 0, match_ms = 0, depth_ms = 0;
+  double match_ms = 0, depth_ms = 0;
 };
 
 /// Frames to disparity to organised cloud. One thread; keeps its buffers between frames.
@@ -59,9 +59,11 @@ class StereoStage {
   [[nodiscard]] int first_disparity_px() const;
   [[nodiscard]] int disparities_px() const;
 
-  /// Rectify, match, reproject: Z = f b / d (eq. 4).
+  /// Rectifies into memory of its own; the images are not needed after it. Returns its time [ms].
   /// Error: WrongSize if the images do not have the calibration's size.
-  Result<StereoReport> process(const StereoImages& images, const CloudImages& out);
+  Result<double> rectify(const StereoImages& images);
+  /// Matches the rectified pair and reprojects: Z = f b / d (eq. 4).
+  Result<StereoReport> match(const CloudImages& out);
 
  private:
   struct Impl;

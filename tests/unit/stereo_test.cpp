@@ -34,8 +34,9 @@ Result<StereoReport> match_first_frame(const StereoSettings& settings, Matched& 
   if (!stage) return stage.error();
   const auto left = read_image(recording->frames()[0].left_file, kPixels);
   const auto right = read_image(recording->frames()[0].right_file, kPixels);
-  return stage->process({left->bytes.data(), right->bytes.data(), 1280, 720, 3},
-                        {out.depth, out.confidence, out.colour});
+  const auto rectified = stage->rectify({left->bytes.data(), right->bytes.data(), 1280, 720, 3});
+  if (!rectified) return rectified.error();
+  return stage->match({out.depth, out.confidence, out.colour});
 }
 
 /// Share of matched pixels whose depth is off by more than one pixel of disparity.
@@ -83,10 +84,9 @@ TEST(StereoStage, RefusesImagesOfAnotherSizeThanTheCalibration) {
   auto stage = StereoStage::create(recording->rig(), {});
   Matched m;
   const std::vector<std::uint8_t> small(640 * 480);
-  const auto report = stage->process({small.data(), small.data(), 640, 480, 1},
-                                     {m.depth, m.confidence, {}});
-  ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().code, ErrorCode::kWrongSize);
+  const auto rectified = stage->rectify({small.data(), small.data(), 640, 480, 1});
+  ASSERT_FALSE(rectified);
+  EXPECT_EQ(rectified.error().code, ErrorCode::kWrongSize);
 }
 
 TEST(StereoStage, RefusesAnImpossibleSearchRange) {
@@ -104,8 +104,8 @@ TEST(StereoStage, ABlackPairIsNoMatchAtAll) {
   auto stage = StereoStage::create(recording->rig(), {});
   Matched m;
   const std::vector<std::uint8_t> black(kPixels);
-  const auto report =
-      stage->process({black.data(), black.data(), 1280, 720, 1}, {m.depth, m.confidence, {}});
+  ASSERT_TRUE(stage->rectify({black.data(), black.data(), 1280, 720, 1}));
+  const auto report = stage->match({m.depth, m.confidence, {}});
   ASSERT_TRUE(report);
   EXPECT_EQ(report->matched, 0U);
 }
