@@ -7,6 +7,7 @@
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
+#include <atomic>
 #include <filesystem>
 #include <sstream>
 
@@ -24,12 +25,18 @@ using eprosima::fastrtps::Duration_t;
 /// clouds of full size in data-sharing pools.
 constexpr std::uint64_t kZeroCopyBytes = 68U << 20U;
 
+std::atomic<int>& participants() {
+  static std::atomic<int> made{0};
+  return made;
+}
+
 /// Fast DDS messages go where ours go: one place to look, and stdout stays the program's own.
 class LogBridge final : public fdds::LogConsumer {
  public:
   void Consume(const fdds::Log::Entry& entry) override {
-    // Said once by every process at its first sample, and at every orderly end: of no use.
-    if (entry.message.find("Buffer is being invalidated") == 0 && invalidated_++ == 0) return;
+    // Said once by every participant at its first sample, and at every orderly end: of no use.
+    if (entry.message.find("Buffer is being invalidated") == 0 && invalidated_++ < participants())
+      return;
     if (entry.message.find("Automatically unmatching") == 0) return;
     const std::string text = "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
     if (entry.kind == fdds::Log::Kind::Error)
@@ -132,6 +139,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
       return room.error();
   }
   qos.name(name);
+  ++participants();
 
   auto* factory = fdds::DomainParticipantFactory::get_instance();
   impl->participant = factory->create_participant(settings.domain, qos);

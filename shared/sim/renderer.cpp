@@ -177,8 +177,7 @@ struct Renderer::Impl {
   }
 
   /// Linear light from a surface point towards the eye.
-  [[nodiscard]] Vector3f shade(const Vector3f& p, const Vector3f& to_eye, const Hit& hit,
-                               std::uint64_t random) const {
+  [[nodiscard]] Vector3f shade(const Vector3f& p, const Vector3f& to_eye, const Hit& hit) const {
     const Material& m = *materials[hit.id];
     Vector3f albedo = m.colour;
     if (m.texture > 0)
@@ -186,6 +185,13 @@ struct Renderer::Impl {
     albedo = albedo.cwiseMax(0.005F);
     Vector3f light = albedo * float(scene.ambient);
     const Vector3f from = p + hit.normal * 1e-3F;
+    // Which point of a lamp lights a point depends on the point alone: the grain of a penumbra then
+    // lies on the surface, and both cameras see the same.
+    constexpr float kGrain = 400;  // a 2.5 mm
+    const std::uint64_t random =
+        mix((std::uint64_t(std::uint32_t(int(std::floor(p.x() * kGrain)))) << 32U) ^
+            (std::uint64_t(std::uint32_t(int(std::floor(p.y() * kGrain)))) << 13U) ^
+            std::uint32_t(int(std::floor(p.z() * kGrain)))) + scene.seed;
     for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
       const Lamp& lamp = scene.lamps[i];
       const Vector3f centre = lamp.centre.cast<float>();
@@ -264,7 +270,7 @@ Image Renderer::render(bool left, double cart_m, double trolley_m, std::uint64_t
         const Vector3f direction = (T.linear() * rays[index]).normalized();
         const Impl::Hit hit = m.trace(eye, direction);
         if (hit.distance < kFar)
-          light += m.shade(eye + direction * hit.distance, -direction, hit, seed + index * 16);
+          light += m.shade(eye + direction * hit.distance, -direction, hit);
       }
       light *= float(m.scene.camera.exposure) / float(samples);
       const auto level = [&](float linear, std::uint64_t channel) {

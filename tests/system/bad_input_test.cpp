@@ -1,0 +1,117 @@
+// What users get wrong, and what disks do: each a clear error that says what, where, what to do.
+
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "process.hpp"
+#include "temp_folder.hpp"
+
+namespace crane::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BadInput : public ::testing::Test {
+ protected:
+  Finished run_rig(const std::string& recording, const std::vector<std::string>& more = {}, const std::string& out = "") {
+    std::vector<std::string> command = {"run", recording, "--out", out.empty() ? folder_ / "out" : out, "--voxel", "0.05",
+                                        "--domain", next_domain()};
+    command.insert(command.end(), more.begin(), more.end());
+    return test::run(command, folder_.path());
+  }
+  std::string copy_rig() {
+    fs::copy(rig_recording(), folder_ / "rig", fs::copy_options::recursive);
+    return folder_ / "rig";
+  }
+  void expect(const Finished& run, int code, const std::string& needle) {
+    EXPECT_EQ(run.code, code) << run.output;
+    EXPECT_NE(run.output.find(needle), std::string::npos) << run.output;
+  }
+  TempFolder folder_;
+};
+
+TEST_F(BadInput, MissingRecording) { expect(run_rig("/nowhere"), 2, "/nowhere: no such folder"); }
+
+TEST_F(BadInput, MissingCalibration) {
+  const std::string rig = copy_rig();
+  fs::remove(rig + "/rig.yaml");
+  expect(run_rig(rig), 2, "rig.yaml: no such file");
+}
+
+TEST_F(BadInput, UnknownConfigurationKey) {
+  std::ofstream(folder_ / "site.yaml") << "mapper:\n  voxels: 3\n";
+  expect(run_rig(rig_recording(), {"--config", folder_ / "site.yaml"}), 2, "site.yaml:2: unknown key 'mapper.voxels'");
+}
+
+TEST_F(BadInput, UnknownOption) {
+  expect(test::run({"run", rig_recording(), "--ouf", "x"}, folder_.path()), 2, "--ouf");
+}
+
+TEST_F(BadInput, TruncatedImageIsNamedCountedAndTheRestIsMapped) {
+  const std::string rig = copy_rig();
+  fs::resize_file(rig + "/cam0/data/1700000002000000000.jpg", 20'000);
+  const Finished run = run_rig(rig);
+  expect(run, 4, "5 in the map");
+  expect(run, 4, "1 x image unreadable or of wrong size");
+}
+
+TEST_F(BadInput, ImagesOfAnotherSizeThanTheCalibration) {
+  const std::string rig = copy_rig();
+  for (const char* camera : {"/cam0/sensor.yaml", "/cam1/sensor.yaml"}) {
+    std::ifstream file(rig + camera);
+    std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    content.replace(content.find("[1280, 720]"), 11, "[1024, 600]");
+    std::ofstream(rig + camera) << content;
+  }
+  const Finished run = run_rig(rig);
+  expect(run, 4, "6 x image unreadable or of wrong size");
+}
+
+TEST_F(BadInput, RangefinderGapLeavesFramesOutAndSaysWhy) {
+  const std::string rig = copy_rig();
+  std::ifstream in(rig + "/cart0/data.csv");
+  std::string kept;
+  for (std::string line; std::getline(in, line);)
+    if (!line.starts_with("1700000002")) kept += line + "\n";
+  std::ofstream(rig + "/cart0/data.csv") << kept;
+  const Finished run = run_rig(rig);
+  expect(run, 4, "5 in the map, 1 rejected");
+  expect(run, 4, "1 x no position: gap around the exposure");
+}
+
+TEST_F(BadInput, UnwritableOutput) {
+  expect(run_rig(rig_recording(), {}, "/proc/cranemap"), 3, "/proc/cranemap: cannot be written");
+}
+
+TEST_F(BadInput, FullDisk) {
+  fs::create_directory(folder_ / "small");
+  if (mount("tmpfs", (folder_ / "small").c_str(), "tmpfs", 0, "size=200k") != 0)
+    GTEST_SKIP() << "this user may not mount a small file system to fill";
+  const Finished run = run_rig(rig_recording(), {}, folder_ / "small/out");
+  umount((folder_ / "small").c_str());
+  expect(run, 3, "cannot be written -> check permissions and free space");
+}
+
+TEST_F(BadInput, ASecondMapperForTheSameCraneRefuses) {
+  const std::string domain = next_domain();
+  std::ofstream(folder_ / "site.yaml") << "dds: {domain: " << domain << "}\n";
+  const std::string site = folder_ / "site.yaml";
+  Process first({"cranemap-mapper", "--config", site, "--calibration", rig_recording()}, folder_ / "first.log");
+  for (int i = 0; i < 500 && first.output().find("serving crane") == std::string::npos; ++i) usleep(20'000);
+  Process second({"cranemap-mapper", "--config", site, "--calibration", rig_recording()}, folder_ / "second.log");
+  EXPECT_EQ(second.wait(20), 3);
+  EXPECT_NE(second.output().find("another mapper already serves crane 1"), std::string::npos) << second.output();
+  EXPECT_TRUE(first.running());
+}
+
+TEST_F(BadInput, EvaluateAndSimulateNameTheirFile) {
+  std::ofstream(folder_ / "no.bt") << "nothing";
+  expect(test::run({"evaluate", folder_ / "no.bt", rig_recording() + "/truth"}, folder_.path()), 2, "no.bt");
+  expect(test::run({"simulate", "/nowhere.yaml", "--out", folder_ / "s"}, folder_.path()), 2, "/nowhere.yaml: no such file");
+}
+
+}  // namespace
+}  // namespace crane::test

@@ -1,0 +1,70 @@
+// kill -9 of any service during a run: the rest go on, it rejoins, the run ends well and leaves
+// nothing behind.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "process.hpp"
+#include "temp_folder.hpp"
+
+namespace crane::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class KilledService : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(KilledService, IsStartedAgainAndNoFrameIsLost) {
+  const TempFolder folder;
+  const std::string lap = folder / "lap";
+  ASSERT_EQ(run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/lap.yaml", "--out", lap, "--frames", "16"},
+                folder.path(), 200).code, 0);
+  const std::string program = std::string("cranemap-") + GetParam();
+  Process cranemap({"cranemap", "run", lap, "--out", folder / "out", "--voxel", "0.05", "--domain", next_domain()},
+                   folder / "run.txt");
+  // Wait until the camera plays, give it a few frames, then strike.
+  for (int i = 0; i < 1000 && child_named(cranemap.pid(), "cranemap-camera") == 0; ++i) std::this_thread::sleep_for(10ms);
+  std::this_thread::sleep_for(700ms);
+  const pid_t victim = child_named(cranemap.pid(), program);
+  ASSERT_GT(victim, 0) << cranemap.output();
+  kill(victim, SIGKILL);
+  ASSERT_EQ(cranemap.wait(100), 0) << cranemap.output();
+  std::ifstream file(folder / "out/report.json");
+  const auto report = nlohmann::json::parse(file);
+  EXPECT_EQ(report["frames"]["integrated"], 16);
+  EXPECT_EQ(report["services"][GetParam()]["restarts"], 1);
+  EXPECT_TRUE(report["map"]["complete_at_subscriber"]);
+  EXPECT_NE(cranemap.output().find(program + " was killed by signal 9"), std::string::npos);
+  // What the killed process left was cleared when it was started again.
+  EXPECT_EQ(shared_memory_files(), std::vector<std::string>{});
+}
+
+INSTANTIATE_TEST_SUITE_P(Services, KilledService, ::testing::Values("camera", "rangefinder", "stereo", "mapper"),
+                         [](const auto& service) { return std::string(service.param); });
+
+TEST(KilledRun, TakesItsServicesWithIt) {
+  const TempFolder folder;
+  Process cranemap({"cranemap", "run", rig_recording(), "--out", folder / "out", "--rate", "real", "--domain", next_domain()},
+                   folder / "run.txt");
+  pid_t mapper = 0;
+  for (int i = 0; i < 500 && mapper == 0; ++i) {
+    mapper = child_named(cranemap.pid(), "cranemap-mapper");
+    std::this_thread::sleep_for(10ms);
+  }
+  ASSERT_GT(mapper, 0);
+  cranemap.signal(SIGKILL);
+  cranemap.wait(5);
+  bool gone = false;
+  for (int i = 0; i < 500 && !gone; ++i) {
+    gone = kill(mapper, 0) != 0;
+    std::this_thread::sleep_for(10ms);
+  }
+  EXPECT_TRUE(gone);
+}
+
+}  // namespace
+}  // namespace crane::test
