@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstring>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "base/log.hpp"
@@ -27,8 +28,8 @@ struct Options {
 /// Frames the camera may be ahead of the map when it is paced by it. Less than the depth of the
 /// topics' histories, so that nothing is overwritten.
 constexpr std::int64_t kWindow = 3;
-constexpr auto kResendAfter = 3s;
-constexpr int kMaxResends = 10;
+constexpr auto kResendAfter = 1500ms;
+constexpr int kMaxResends = 20;
 
 class Player {
  public:
@@ -63,6 +64,7 @@ class Player {
       status().tick();
       std::this_thread::sleep_for(10ms);
     }
+    std::this_thread::sleep_for(300ms);  // until the reader knows us as well
   }
 
   /// By the clock; frames wait for nobody.
@@ -85,7 +87,7 @@ class Player {
             std::chrono::nanoseconds(std::min<TimeNs>(clock.due(time) - wall.now(), 50'000'000)));
       }
       if (context_.stopping()) break;
-      if (*ready) send(n);
+      if (*ready) send(n, -1);
       status().tick();
     }
     return {};
@@ -99,23 +101,25 @@ class Player {
     if (!progress) return progress.error();
     const auto count = static_cast<std::int64_t>(recording_.frames().size());
     std::int64_t next = 0;
+    std::int64_t last_heard = -1;
     std::int64_t accounted = -1;
     int resends = 0;
     Stopwatch since_progress;
     while (!context_.stopping()) {
       const std::int64_t heard = progress->poll().value_or(-1);
-      if (heard != accounted) {
-        if (heard < accounted) next = heard + 1;  // the mapper fell back to its saved state
-        accounted = heard;
-        next = std::max(next, accounted + 1);
+      if (heard != last_heard) {
+        if (heard < last_heard) next = heard + 1;  // the mapper fell back to its saved state
+        last_heard = accounted = heard;
         resends = 0;
         since_progress = {};
       }
-      if (accounted >= last_readable_ && next >= count) return {};
+      while (unreadable_.contains(accounted + 1)) ++accounted;
+      next = std::max(next, accounted + 1);
+      if (accounted >= count - 1) return {};
       if (next < count && next <= accounted + kWindow) {
         const Result<bool> ready = load(next);
         if (!ready) return ready.error();
-        if (*ready) send(next);
+        if (*ready) send(next, before(next));
         ++next;
         continue;
       }
@@ -150,7 +154,7 @@ class Player {
                       "use the calibration of this camera at this resolution"};
       if (!image) {
         log_error(image.error().text());
-        status().dropped.add("image unreadable or of wrong size");
+        if (unreadable_.insert(n).second) status().dropped.add("image unreadable or of wrong size");
         status().status = v1::STATUS_DEGRADED;
         status().message = image.error().text();
         return false;
@@ -159,16 +163,22 @@ class Player {
     }
     if (left_.channels != right_.channels) {
       log_error(frame.left_file + ": left and right differ in colour");
-      status().dropped.add("left and right differ in colour");
+      if (unreadable_.insert(n).second) status().dropped.add("left and right differ in colour");
       return false;
     }
-    last_readable_ = std::max(last_readable_, n);
     status().stages.add("decode", watch.ms());
     ++status().received;
     return true;
   }
 
-  void send(std::int64_t n) {
+  /// The readable frame before frame n; -1 = none.
+  [[nodiscard]] std::int64_t before(std::int64_t n) const {
+    do --n;
+    while (unreadable_.contains(n));
+    return n;
+  }
+
+  void send(std::int64_t n, std::int64_t after) {
     const Stopwatch watch;
     v1::StereoFrame* sample = writer_.loan();
     if (sample == nullptr) {
@@ -179,6 +189,7 @@ class Player {
     sample->encoding(left_.channels == 3 ? v1::ENCODING_BGR8 : v1::ENCODING_MONO8);
     sample->stream(options_.stream);
     sample->sequence_number(static_cast<std::uint64_t>(n));
+    sample->after(after);
     sample->exposure_time_ns(recording_.frame_time(n));
     sample->width(left_.width);
     sample->height(left_.height);
@@ -199,7 +210,7 @@ class Player {
   PlayRate rate_;
   dds::Writer<dds::StereoFrameTopic> writer_;
   Image left_, right_;
-  std::int64_t last_readable_ = -1;
+  std::set<std::int64_t> unreadable_;  ///< frames that will never be published
 };
 
 }  // namespace

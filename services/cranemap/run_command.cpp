@@ -11,6 +11,7 @@
 #include "child_process.hpp"
 #include "commands.hpp"
 #include "crane/client/map.hpp"
+#include "dds/shared_memory.hpp"
 #include "height_picture.hpp"
 #include "map_codec/octomap_file.hpp"
 #include "progress.hpp"
@@ -277,8 +278,8 @@ class Run {
     // The paper's method makes the map after the last cloud; it says so while it does.
     for (const Stopwatch settle; settle.ms() < 300'000 && !stop_requested();) {
       const client::Status s = map_->status();
-      if (s.complete && s.reason.rfind("paper:", 0) != 0 && settle.ms() > 1000) break;
-      if (s.reason.rfind("paper:", 0) != 0 && settle.ms() > 20'000) break;
+      const bool making = !s.alive || s.reason.rfind("paper:", 0) == 0;
+      if (!making && settle.ms() > (s.complete ? 1000 : 20'000)) break;
       if (auto alive = services_->watch(); !alive) return alive;
       wakeup_.wait_for(50ms);
     }
@@ -374,6 +375,12 @@ void add_common(CLI::App& command, Options& o) {
       ->check(CLI::IsMember({"auto", "udp"}));
 }
 
+int run_and_clean(const Options& options) {
+  const int code = Run(options).execute();
+  (void)dds::remove_stale_segments();  // of services that were killed, now that we do not hold them
+  return code;
+}
+
 /// The recording that ships with cranemap: beside an installed program, or where told.
 std::string demo_recording() {
   if (const char* told = std::getenv("CRANEMAP_DEMO_RECORDING")) return told;
@@ -392,7 +399,7 @@ Command add_run_command(CLI::App& app) {
   command->add_option("--out", options->out, "Folder for map.bt map.ot map.pcd height_map.png report.json")
       ->required();
   add_common(*command, *options);
-  return [options] { return Run(*options).execute(); };
+  return [options] { return run_and_clean(*options); };
 }
 
 Command add_demo_command(CLI::App& app) {
@@ -408,7 +415,7 @@ Command add_demo_command(CLI::App& app) {
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_common(*command, *options);
   return [options] {
-    const int code = Run(*options).execute();
+    const int code = run_and_clean(*options);
     if (code == kExitOk)
       std::printf("\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer %s/map.pcd\n",
                   options->out.c_str(), options->out.c_str(), options->out.c_str());

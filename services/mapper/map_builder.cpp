@@ -76,6 +76,10 @@ void MapBuilder::add_cloud(CloudSample cloud, TimeNs now) {
   }
   const auto number = static_cast<std::int64_t>(cloud.sequence_number);
   if (number <= std::max(account_.last_frame, newest_queued_)) return;  // sent again: known already
+  if (cloud.after > std::max(account_.last_frame, newest_queued_)) {
+    dropped.add("came before an earlier cloud: is sent again");
+    return;
+  }
   newest_queued_ = number;
   cloud.arrival_time = now;
   if (pending_.size() == kMaxPending) {

@@ -19,6 +19,7 @@ namespace crane {
 /// One organised cloud with memory of its own.
 struct CloudSample {
   std::uint64_t stream = 0, sequence_number = 0;
+  std::int64_t after = -1;  ///< frame that must have been accounted for; -1 = none
   TimeNs exposure_time = 0;
   TimeNs arrival_time = 0;
   DepthFrame frame;  ///< points into the vectors below

@@ -151,6 +151,7 @@ class Service {
     const std::size_t pixels = std::size_t(c.width()) * c.height();
     out.stream = c.stream();
     out.sequence_number = c.sequence_number();
+    out.after = c.after();
     out.exposure_time = c.exposure_time_ns();
     out.depth_m.assign(c.depth().begin(), c.depth().begin() + pixels);
     out.confidence.assign(c.confidence().begin(), c.confidence().begin() + pixels);

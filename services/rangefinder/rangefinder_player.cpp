@@ -52,6 +52,7 @@ class Player {
       status().tick();
       std::this_thread::sleep_for(10ms);
     }
+    std::this_thread::sleep_for(300ms);  // until the reader knows us as well
     const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
     if (!played || context_.stopping()) return played;
     (void)writer_.wait_for_readers(5s);
@@ -100,7 +101,7 @@ class Player {
     Stopwatch since_progress;
     while (!context_.stopping()) {
       const std::int64_t heard = progress->poll().value_or(-1);
-      const bool stuck = since_progress.ms() > 3000;
+      const bool stuck = since_progress.ms() > 1500;
       if (heard < accounted || accounted == -2 || stuck) {
         const TimeNs from =
             recording_.frame_time(std::clamp<std::int64_t>(heard + 1, 0, frames - 1)) - kMargin;

@@ -111,10 +111,11 @@ class Service {
   struct Header {
     std::uint32_t crane = 0, encoding = 0;
     std::uint64_t stream = 0, sequence_number = 0;
+    std::int64_t after = -1;
     TimeNs exposure_time = 0;
   };
   static Header header_of(const v1::StereoFrame& f) {
-    return {f.crane(), f.encoding(), f.stream(), f.sequence_number(), f.exposure_time_ns()};
+    return {f.crane(), f.encoding(), f.stream(), f.sequence_number(), f.after(), f.exposure_time_ns()};
   }
 
   void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {
@@ -123,6 +124,7 @@ class Service {
     cloud.has_colour(header.encoding == v1::ENCODING_BGR8 ? 1 : 0);
     cloud.stream(header.stream);
     cloud.sequence_number(header.sequence_number);
+    cloud.after(header.after);
     cloud.exposure_time_ns(header.exposure_time);
     cloud.f_px(camera.f_px);
     cloud.cx_px(camera.cx_px);

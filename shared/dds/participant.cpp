@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "base/log.hpp"
+#include "dds/host_checks.hpp"
 #include "dds/participant_impl.hpp"
 
 namespace crane::dds {
@@ -131,6 +132,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
     if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
       log_warning(buffers.error().text());
   }
+  if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
   if (impl->zero_copy) {
     const auto removed = remove_stale_segments();
     if (removed > 0)
@@ -145,8 +147,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   impl->participant = factory->create_participant(settings.domain, qos);
   if (impl->participant == nullptr)
     return Error{ErrorCode::kResource, "DDS domain " + std::to_string(settings.domain),
-                 "Fast DDS could not join: no free UDP port, no such interface, or no socket",
-                 "stop other participants of the domain or choose another dds.domain; "
+                 "Fast DDS could not join: no such interface, or no socket",
                  "check dds.interfaces against 'ip address'"};
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;

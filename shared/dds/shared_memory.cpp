@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <chrono>
 #include <fstream>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -47,6 +49,42 @@ std::vector<std::string> names_in(const fs::path& directory) {
        entry.increment(failed))
     names.push_back(entry->path().filename());
   return names;
+}
+
+/// Files that some process we can see has mapped.
+std::set<std::string> mapped_files(const std::string& directory) {
+  std::set<std::string> mapped;
+  for (const std::string& pid : names_in("/proc")) {
+    if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream maps("/proc/" + pid + "/maps");
+    for (std::string line; std::getline(maps, line);)
+      if (const std::size_t at = line.find(directory + "/"); at != std::string::npos)
+        mapped.insert(line.substr(at + directory.size() + 1));
+  }
+  return mapped;
+}
+
+bool older_than_a_second(const fs::path& path) {
+  std::error_code failed;
+  const auto written = fs::last_write_time(path, failed);
+  return !failed && fs::file_time_type::clock::now() - written > std::chrono::seconds(1);
+}
+
+/// Ports without lock files: a listener's lock went with it, but a killed sender still counts as a
+/// user of the port. Nobody has them open.
+std::size_t remove_abandoned_ports(const fs::path& directory) {
+  std::size_t removed = 0;
+  std::optional<std::set<std::string>> mapped;
+  for (const std::string& name : names_in(directory)) {
+    if (!name.starts_with("fastrtps_port") || name.ends_with("_el") || name.ends_with("_sl") ||
+        fs::exists(directory / (name + "_el")) || fs::exists(directory / (name + "_sl")) ||
+        !older_than_a_second(directory / name))
+      continue;
+    if (!mapped) mapped = mapped_files(directory);
+    if (mapped->contains(name)) continue;
+    removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex"));
+  }
+  return removed;
 }
 
 }  // namespace
@@ -100,7 +138,7 @@ std::size_t remove_stale_segments(const std::string& directory) {
       removed += remove_file(dir / name.substr(0, name.size() - 3)) + remove_file(dir / name);
     }
   }
-  return removed;
+  return removed + remove_abandoned_ports(dir);
 }
 
 Result<void> check_shared_memory(std::uint64_t needed, const std::string& directory) {
@@ -117,19 +155,6 @@ Result<void> check_shared_memory(std::uint64_t needed, const std::string& direct
                "has " + std::to_string(free_bytes >> 20U) + " MiB free, " +
                    std::to_string(needed >> 20U) + " MiB are needed",
                "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.transport: udp"};
-}
-
-Result<void> check_socket_buffers(std::uint32_t wanted) {
-  for (const char* name : {"rmem_max", "wmem_max"}) {
-    std::ifstream file(std::string("/proc/sys/net/core/") + name);
-    std::uint64_t granted = 0;
-    if (file >> granted && granted < wanted)
-      return Error{ErrorCode::kResource, std::string("net.core.") + name,
-                   std::to_string(granted) + " bytes, " + std::to_string(wanted) +
-                       " wanted: large samples over UDP can be lost and sent again",
-                   std::string("sysctl -w net.core.") + name + "=" + std::to_string(wanted)};
-  }
-  return {};
 }
 
 }  // namespace crane::dds

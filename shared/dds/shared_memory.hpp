@@ -34,7 +34,4 @@ std::size_t remove_stale_segments(const std::string& directory = "/dev/shm");
 /// Fast DDS itself would end with SIGBUS and no message.
 Result<void> check_shared_memory(std::uint64_t needed, const std::string& directory = "/dev/shm");
 
-/// Error: Resource when the kernel grants smaller socket buffers than wanted.
-Result<void> check_socket_buffers(std::uint32_t wanted);
-
 }  // namespace crane::dds

@@ -47,7 +47,7 @@ TEST_F(BadInput, UnknownConfigurationKey) {
 }
 
 TEST_F(BadInput, UnknownOption) {
-  expect(test::run({"run", rig_recording(), "--ouf", "x"}, folder_.path()), 2, "--ouf");
+  expect(test::run({"run", rig_recording(), "--out", folder_ / "out", "--vocsel", "x"}, folder_.path()), 2, "--vocsel");
 }
 
 TEST_F(BadInput, TruncatedImageIsNamedCountedAndTheRestIsMapped) {

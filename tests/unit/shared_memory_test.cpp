@@ -31,17 +31,20 @@ TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
   touch(shm / "sem.fastrtps_port7411_mutex");
   touch(shm / "fastrtps_port7413");
   touch(shm / "fastrtps_port7413_el");
+  touch(shm / "fastrtps_port7415");  // no lock file, and nobody has it mapped: abandoned
+  touch(shm / "fastrtps_port7417");  // likewise, but so young that its lock may be coming
+  fs::last_write_time(shm / "fastrtps_port7415", fs::file_time_type::clock::now() - std::chrono::seconds(5));
   touch(shm / "somebody_elses_file");
   const int held = open((shm / "fastrtps_port7413_el").c_str(), O_RDWR);
   ASSERT_EQ(flock(held, LOCK_SH | LOCK_NB), 0);
 
-  EXPECT_EQ(remove_stale_segments(shm.path()), 2U + 2U + 4U);
+  EXPECT_EQ(remove_stale_segments(shm.path()), 2U + 2U + 4U + 1U);
 
   for (const char* stays : {"cranemap_lock_aaaa", "fast_datasharing_aaaa.0.1.3_0.0.1.3",
                             "fast_datasharing_cccc.0.1.3_0.0.1.3", "fastrtps_port7413",
-                            "fastrtps_port7413_el", "somebody_elses_file"})
+                            "fastrtps_port7413_el", "fastrtps_port7417", "somebody_elses_file"})
     EXPECT_TRUE(fs::exists(shm / stays)) << stays;
-  EXPECT_EQ(std::distance(fs::directory_iterator(shm.path()), fs::directory_iterator()), 6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(shm.path()), fs::directory_iterator()), 7);
   close(held);
 }
 

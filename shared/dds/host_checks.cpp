@@ -1,0 +1,45 @@
+#include "dds/host_checks.hpp"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+namespace crane::dds {
+
+Result<void> check_socket_buffers(std::uint32_t wanted) {
+  for (const char* name : {"rmem_max", "wmem_max"}) {
+    std::ifstream file(std::string("/proc/sys/net/core/") + name);
+    std::uint64_t granted = 0;
+    if (file >> granted && granted < wanted)
+      return Error{ErrorCode::kResource, std::string("net.core.") + name,
+                   std::to_string(granted) + " bytes, " + std::to_string(wanted) +
+                       " wanted: large samples over UDP can be lost and sent again",
+                   std::string("sysctl -w net.core.") + name + "=" + std::to_string(wanted)};
+  }
+  return {};
+}
+
+Result<void> check_udp_ports(std::uint32_t domain) {
+  // RTPS 2.2, 9.6.1.1: the participants' ports of a domain lie between its own and the next one's.
+  const int first = 7400 + 250 * static_cast<int>(domain) + 10;
+  for (int port = first; port < first + 240; port += 2) {
+    const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (probe < 0)
+      return Error{ErrorCode::kResource, "UDP", "no socket can be opened", "raise 'ulimit -n'"};
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    const bool free = bind(probe, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    close(probe);
+    if (free) return {};
+  }
+  return Error{ErrorCode::kResource, "DDS domain " + std::to_string(domain),
+               "no free UDP port from " + std::to_string(first) + " to " +
+                   std::to_string(first + 240),
+               "stop other participants of the domain, or choose another dds.domain"};
+}
+
+}  // namespace crane::dds
