@@ -101,14 +101,21 @@ Result<MapStore::State> MapStore::load(MapBuilder& builder) {
   return state;
 }
 
+void MapStore::note_changes(MapBuilder& builder) {
+  for (const Tile* tile : builder.map().changed_tiles()) unsaved_.insert(tile->key);
+}
+
 Result<void> MapStore::save(MapBuilder& builder, const State& state) {
   if (auto made = make_folder(folder_); !made) return made;
-  for (const Tile* tile : builder.map().changed_tiles()) {
+  for (const TileKey key : unsaved_) {
+    const Tile* tile = builder.map().find(key);
+    if (tile == nullptr) continue;
     const Bytes bytes = write_snapshot(*tile);
     const std::string name = folder_ + "/" + std::to_string(tile->key.x) + "_" +
                              std::to_string(tile->key.y) + ".tile";
     if (auto r = write_file(name, bytes.data(), bytes.size()); !r) return r;
   }
+  unsaved_.clear();
   std::ostringstream s;
   s.precision(17);
   const FrameAccount& a = state.account;

@@ -27,11 +27,14 @@ class MapStore {
   /// Reads what is there into the builder. Nothing there: map_id 0.
   /// Error: BadData when it is damaged or was made with another voxel size.
   Result<State> load(MapBuilder& builder);
-  /// Tiles whose flag is set, then the account.
+  /// Remembers which tiles have changed flags now, for the next save().
+  void note_changes(MapBuilder& builder);
+  /// Tiles noted since the last save, then the account.
   Result<void> save(MapBuilder& builder, const State& state);
 
  private:
   std::string folder_;
+  std::set<TileKey> unsaved_;
 };
 
 /// Writes beside the file and renames. Error: Resource.

@@ -175,7 +175,8 @@ class Service {
     if (builder_.needs_rebuild() && (last || idle))
       if (auto made = builder_.rebuild(); !made) return made;
     if (builder_.map().changed_tiles().empty()) return {};
-    if (!options_.state.empty()) {
+    store.note_changes(builder_);
+    if (!options_.state.empty() && save_state_.due()) {
       const Stopwatch watch;
       if (auto saved = store.save(builder_, {identity_.map_id, publisher.revision() + 1,
                                              builder_.account()});
@@ -235,6 +236,7 @@ class Service {
   MapBuilder builder_;
   MapPublisher::Identity identity_;
   Wakeup wakeup_;
+  Every save_state_{0.5};  ///< what is younger is sent again, or lost in real time, after kill -9
 };
 
 }  // namespace

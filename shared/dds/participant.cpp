@@ -22,9 +22,9 @@ namespace fdds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::Duration_t;
 
-/// What this host's processes need in /dev/shm beside the transport segment: five frames and five
+/// What this host's processes need in /dev/shm beside the transport segment: nine frames and five
 /// clouds of full size in data-sharing pools.
-constexpr std::uint64_t kZeroCopyBytes = 68U << 20U;
+constexpr std::uint64_t kZeroCopyBytes = 88U << 20U;
 
 std::atomic<int>& participants() {
   static std::atomic<int> made{0};

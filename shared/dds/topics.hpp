@@ -35,7 +35,8 @@ struct QosSpec {
 struct StereoFrameTopic {
   using Type = v1::StereoFrame;
   static constexpr const char* kName = "crane/v1/stereo_frame";
-  static constexpr QosSpec kQos{.depth = 4, .lifespan_ms = 2000, .zero_copy = true};
+  // 0.8 s at 10 Hz: what a busy host may fall behind before a frame is overwritten.
+  static constexpr QosSpec kQos{.depth = 8, .lifespan_ms = 2000, .zero_copy = true};
 };
 struct RangefinderPositionTopic {
   using Type = v1::RangefinderPosition;

@@ -168,6 +168,7 @@ TEST_F(MapBuilderTest, ASavedMapGoesOnWhereItStopped) {
   builder_.add_cloud(cloud(3, kT0 + 100 * kMs), clock_.now());
   builder_.step(clock_.now());
   MapStore store(folder / "state");
+  store.note_changes(builder_);
   ASSERT_TRUE(store.save(builder_, {77, 5, builder_.account()}));
   MapBuilder again(config(), rig_);
   const auto state = store.load(again);
