@@ -20,13 +20,17 @@ class TempFolder {
   TempFolder(const TempFolder&) = delete;
   TempFolder& operator=(const TempFolder&) = delete;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  [[nodiscard]] std::string operator/(const std::string& name) const {
+    return (path_ / name).string();
+  }
 
  private:
   std::filesystem::path path_;
 };
 
 /// The paper's rig, as the demo plays it.
-inline std::string rig_recording() { return CRANEMAP_SOURCE_DIR "/tests/data/rig"; }
+inline std::string rig_recording() {
+  return CRANEMAP_SOURCE_DIR "/tests/data/rig";
+}
 
 }  // namespace crane::test

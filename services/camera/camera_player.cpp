@@ -35,7 +35,10 @@ class Player {
  public:
   Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
          dds::Writer<dds::StereoFrameTopic> writer)
-      : context_(context), options_(options), recording_(std::move(recording)), rate_(rate),
+      : context_(context),
+        options_(options),
+        recording_(std::move(recording)),
+        rate_(rate),
         writer_(std::move(writer)) {}
 
   Result<void> play() {
@@ -70,8 +73,9 @@ class Player {
   /// By the clock; frames wait for nobody.
   Result<void> play_timed() {
     const SystemClock wall;
-    const PlayClock clock(rate_, recording_.start(),
-                          options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    const PlayClock clock(
+        rate_, recording_.start(),
+        options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
     const auto count = static_cast<std::int64_t>(recording_.frames().size());
     for (std::int64_t n = 0; (options_.loop || n < count) && !context_.stopping(); ++n) {
       const TimeNs time = recording_.frame_time(n);
@@ -125,10 +129,11 @@ class Player {
       }
       if (since_progress.ms() > double(std::chrono::milliseconds(kResendAfter).count())) {
         if (++resends > kMaxResends)
-          return Error{ErrorCode::kResource, "stereo_frame",
-                       "no map has accounted for frame " + std::to_string(accounted + 1) +
-                           " although it was sent " + std::to_string(resends) + " times",
-                       "are cranemap-stereo and cranemap-mapper running for this crane and domain?"};
+          return Error{
+              ErrorCode::kResource, "stereo_frame",
+              "no map has accounted for frame " + std::to_string(accounted + 1) +
+                  " although it was sent " + std::to_string(resends) + " times",
+              "are cranemap-stereo and cranemap-mapper running for this crane and domain?"};
         next = accounted + 1;
         status().dropped.add("sent again");
         since_progress = {};

@@ -1,3 +1,5 @@
 #include "camera_player.hpp"
 
-int main(int argc, char** argv) { return crane::run_camera(argc, argv); }
+int main(int argc, char** argv) {
+  return crane::run_camera(argc, argv);
+}

@@ -31,7 +31,7 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(1);  // the parent ended before prctl
-    setpgid(0, 0);                      // Ctrl-C reaches cranemap only, which then stops the children
+    setpgid(0, 0);  // Ctrl-C reaches cranemap only, which then stops the children
     dup2(log, STDOUT_FILENO);
     dup2(log, STDERR_FILENO);
     execv(arguments[0], arguments.data());

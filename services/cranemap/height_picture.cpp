@@ -20,7 +20,8 @@ Bounds known_part(const client::HeightGrid& g) {
   Bounds b{int(g.columns), 0, int(g.rows), 0};
   for (int r = 0; r < int(g.rows); ++r)
     for (int c = 0; c < int(g.columns); ++c)
-      if (g.cells[std::size_t(r) * g.columns + std::size_t(c)].surface != client::Surface::kUnknown) {
+      if (g.cells[std::size_t(r) * g.columns + std::size_t(c)].surface !=
+          client::Surface::kUnknown) {
         b.column0 = std::min(b.column0, c), b.column1 = std::max(b.column1, c + 1);
         b.row0 = std::min(b.row0, r), b.row1 = std::max(b.row1, r + 1);
       }
@@ -64,7 +65,8 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   const double px = std::clamp(1100.0 / columns, 0.25, 24.0);  // pixels a column
   const int width = int(columns * px);
   const int height = int(rows * px);
-  cv::Mat image(kTop + height + kBottom, kLeft + width + kRight, CV_8UC3, cv::Scalar(255, 255, 255));
+  cv::Mat image(kTop + height + kBottom, kLeft + width + kRight, CV_8UC3,
+                cv::Scalar(255, 255, 255));
 
   std::vector<double> known;
   for (const client::Height& c : g.cells)
@@ -86,15 +88,21 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
     }
   cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
 
-  const auto to_x = [&](double m) { return kLeft + int(((m - g.origin_x_m) / g.cell_m - b.column0) * px); };
-  const auto to_y = [&](double m) { return kTop + int((b.row1 - (m - g.origin_y_m) / g.cell_m) * px); };
+  const auto to_x = [&](double m) {
+    return kLeft + int(((m - g.origin_x_m) / g.cell_m - b.column0) * px);
+  };
+  const auto to_y = [&](double m) {
+    return kTop + int((b.row1 - (m - g.origin_y_m) / g.cell_m) * px);
+  };
   const double span = columns * g.cell_m;
   const double step = span > 30 ? 5 : span > 12 ? 2 : span > 5 ? 1 : 0.5;
-  for (double m = std::ceil((g.origin_x_m + b.column0 * g.cell_m) / step) * step; to_x(m) <= kLeft + width; m += step) {
+  for (double m = std::ceil((g.origin_x_m + b.column0 * g.cell_m) / step) * step;
+       to_x(m) <= kLeft + width; m += step) {
     cv::line(image, {to_x(m), kTop + height}, {to_x(m), kTop + height + 5}, kInk);
     text(image, metres(m, step < 1 ? 1 : 0), {to_x(m) - 8, kTop + height + 20}, 0.42);
   }
-  for (double m = std::ceil((g.origin_y_m + b.row0 * g.cell_m) / step) * step; to_y(m) >= kTop; m += step) {
+  for (double m = std::ceil((g.origin_y_m + b.row0 * g.cell_m) / step) * step; to_y(m) >= kTop;
+       m += step) {
     cv::line(image, {kLeft - 6, to_y(m)}, {kLeft - 1, to_y(m)}, kInk);
     text(image, metres(m, step < 1 ? 1 : 0), {kLeft - 36, to_y(m) + 5}, 0.42);
   }
@@ -135,7 +143,8 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
     written = false;
   }
   if (!written)
-    return Error{ErrorCode::kResource, png_path, "cannot be written", "check permissions and free space"};
+    return Error{ErrorCode::kResource, png_path, "cannot be written",
+                 "check permissions and free space"};
   return {};
 }
 

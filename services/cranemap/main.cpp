@@ -8,20 +8,20 @@
 int main(int argc, char** argv) {
   crane::set_log_name("cranemap");
   crane::handle_signals();
-  CLI::App app("Live 3-D maps of a workshop, from a crane's stereo camera and rangefinders.\n"
-               "Start with: cranemap demo", "cranemap");
-  app.set_version_flag("--version",
-                       std::string(CRANEMAP_VERSION) + " (" CRANEMAP_BUILD_TYPE ")");
+  CLI::App app(
+      "Live 3-D maps of a workshop, from a crane's stereo camera and rangefinders.\n"
+      "Start with: cranemap demo",
+      "cranemap");
+  app.set_version_flag("--version", std::string(CRANEMAP_VERSION) + " (" CRANEMAP_BUILD_TYPE ")");
   app.require_subcommand(1);
   const std::map<std::string, crane::Command> commands = {
-      {"run", crane::add_run_command(app)},
-      {"demo", crane::add_demo_command(app)},
-      {"simulate", crane::add_simulate_command(app)},
-      {"watch", crane::add_watch_command(app)},
+      {"run", crane::add_run_command(app)},           {"demo", crane::add_demo_command(app)},
+      {"simulate", crane::add_simulate_command(app)}, {"watch", crane::add_watch_command(app)},
       {"evaluate", crane::add_evaluate_command(app)},
   };
-  app.footer("Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"
-             "Each command has its own --help.");
+  app.footer(
+      "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"
+      "Each command has its own --help.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -41,10 +41,10 @@ HeightMap to_height_map(const client::HeightGrid& grid) {
   map.rows = grid.rows;
   map.height_mm.reserve(grid.cells.size());
   for (const client::Height& cell : grid.cells)
-    map.height_mm.push_back(
-        cell.surface == client::Surface::kUnknown
-            ? HeightMap::kNeverSeen
-            : static_cast<std::uint16_t>(std::lround(std::clamp(cell.height_m * 1000, 0.0, 65'534.0))));
+    map.height_mm.push_back(cell.surface == client::Surface::kUnknown
+                                ? HeightMap::kNeverSeen
+                                : static_cast<std::uint16_t>(std::lround(
+                                      std::clamp(cell.height_m * 1000, 0.0, 65'534.0))));
   return map;
 }
 

@@ -55,14 +55,16 @@ client::Options client_options(const SiteConfig& c) {
 /// The services of one run as processes: started, watched, started again when killed.
 class Services {
  public:
-  Services(fs::path programs, fs::path out) : programs_(std::move(programs)), out_(std::move(out)) {}
+  Services(fs::path programs, fs::path out)
+      : programs_(std::move(programs)), out_(std::move(out)) {}
 
   Result<void> start(const std::string& name, std::vector<std::string> arguments,
                      std::vector<std::string> when_restarted) {
     arguments.insert(arguments.begin(), programs_ / ("cranemap-" + name));
     auto process = ChildProcess::start(arguments, log_of(name));
     if (!process) return process.error();
-    services_.push_back({name, std::move(arguments), std::move(when_restarted), std::move(*process)});
+    services_.push_back(
+        {name, std::move(arguments), std::move(when_restarted), std::move(*process)});
     return {};
   }
 
@@ -76,11 +78,13 @@ class Services {
         continue;
       }
       if (!ended->by_signal || restarts_[s.name] == kMaxRestarts)
-        return Error{ended->code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
-                     "cranemap-" + s.name,
-                     (ended->by_signal ? "was killed again and again, by signal " : "ended with exit code ") +
-                         std::to_string(ended->code) + ": " + last_line(log_of(s.name)),
-                     "its log: " + log_of(s.name)};
+        return Error{
+            ended->code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
+            "cranemap-" + s.name,
+            (ended->by_signal ? "was killed again and again, by signal "
+                              : "ended with exit code ") +
+                std::to_string(ended->code) + ": " + last_line(log_of(s.name)),
+            "its log: " + log_of(s.name)};
       ++restarts_[s.name];
       log_warning("cranemap-" + s.name + " was killed by signal " + std::to_string(ended->code) +
                   ": starting it again");
@@ -105,8 +109,9 @@ class Services {
       const ChildProcess::Exit exit = s.process.stop(limit_ms);
       s.done = true;
       if (!exit.by_signal && exit.code == 0) return {};
-      return Error{exit.code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
-                   "cranemap-" + name, last_line(log_of(name)), "its log: " + log_of(name)};
+      return Error{
+          exit.code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
+          "cranemap-" + name, last_line(log_of(name)), "its log: " + log_of(name)};
     }
     return {};
   }
@@ -215,12 +220,15 @@ class Run {
     services_.emplace(programs, options_.out);
     const std::string config = options_.out + "/config.yaml";
     stream_ = std::random_device{}() | 1U;
-    if (auto r = services_->start("mapper", {"--config", config, "--calibration", options_.recording,
-                                             "--save", options_.out, "--state", options_.out + "/state"},
+    if (auto r = services_->start("mapper",
+                                  {"--config", config, "--calibration", options_.recording,
+                                   "--save", options_.out, "--state", options_.out + "/state"},
                                   {});
         !r)
       return r;
-    if (auto r = services_->start("stereo", {"--config", config, "--calibration", options_.recording}, {}); !r)
+    if (auto r = services_->start("stereo",
+                                  {"--config", config, "--calibration", options_.recording}, {});
+        !r)
       return r;
     // The mapper listens for a rival first: play begins when its heartbeat is heard.
     for (const Stopwatch watch; !map_->status().heard;) {
@@ -230,8 +238,8 @@ class Run {
                      "its log: " + options_.out + "/logs/mapper.log"};
       wakeup_.wait_for(20ms);
     }
-    std::vector<std::string> play = {"--config", config, options_.recording, "--rate", options_.rate,
-                                     "--stream", std::to_string(stream_)};
+    std::vector<std::string> play = {"--config",    config,     options_.recording,     "--rate",
+                                     options_.rate, "--stream", std::to_string(stream_)};
     std::vector<std::string> again;
     if (start_at_needed_) {
       const TimeNs start = SystemClock().now() + kNsPerSecond;
@@ -259,11 +267,12 @@ class Run {
         since_progress = {};
       }
       char detail[160];
-      std::snprintf(detail, sizeof detail, "frames  %.1f/s  in the map %llu  not used %llu  %u tiles",
-                    double(done) / std::max(0.001, watch.ms() * 1e-3),
-                    static_cast<unsigned long long>(ours ? s.frames_integrated : 0),
-                    static_cast<unsigned long long>(ours ? s.frames_rejected + s.frames_missing : 0),
-                    s.tiles);
+      std::snprintf(
+          detail, sizeof detail, "frames  %.1f/s  in the map %llu  not used %llu  %u tiles",
+          double(done) / std::max(0.001, watch.ms() * 1e-3),
+          static_cast<unsigned long long>(ours ? s.frames_integrated : 0),
+          static_cast<unsigned long long>(ours ? s.frames_rejected + s.frames_missing : 0),
+          s.tiles);
       progress.update(done, report_.frames, detail);
       const auto camera = report_.services.find(v1::SERVICE_CAMERA);
       const bool finished = services_->ended("camera") ||
@@ -340,9 +349,11 @@ class Run {
                     fs::path(options_.recording).filename().c_str(),
                     static_cast<unsigned long long>(report_.map.frames_integrated),
                     report_.map.voxel_m, report_.method.c_str());
-      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, title); !r) return r;
+      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, title); !r)
+        return r;
     }
-    for (const char* name : {"map.bt", "map.ot", "map.pcd", "height_map.png", "height_map_view.png"})
+    for (const char* name :
+         {"map.bt", "map.ot", "map.pcd", "height_map.png", "height_map_view.png"})
       if (fs::exists(out / name)) report_.files[name] = fs::file_size(out / name);
     return write_json(out / "report.json", report_);
   }
@@ -364,13 +375,17 @@ class Run {
 };
 
 void add_common(CLI::App& command, Options& o) {
-  command.add_option("--voxel", o.voxel_m, "Voxel edge [m]; 0 = automatic")->check(CLI::Range(0.0, 2.0));
-  command.add_option("--method", o.method, "default, or paper: the 2021 paper's steps, matching included")
+  command.add_option("--voxel", o.voxel_m, "Voxel edge [m]; 0 = automatic")
+      ->check(CLI::Range(0.0, 2.0));
+  command
+      .add_option("--method", o.method,
+                  "default, or paper: the 2021 paper's steps, matching included")
       ->check(CLI::IsMember({"default", "paper"}));
   command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
       ->capture_default_str();
   command.add_option("--config", o.config, "Site configuration (YAML) for all services");
-  command.add_option("--domain", o.domain, "DDS domain, over that of --config")->check(CLI::Range(0, 232));
+  command.add_option("--domain", o.domain, "DDS domain, over that of --config")
+      ->check(CLI::Range(0, 232));
   command.add_option("--transport", o.transport, "auto or udp, over that of --config")
       ->check(CLI::IsMember({"auto", "udp"}));
 }
@@ -385,7 +400,8 @@ int run_and_clean(const Options& options) {
 std::string demo_recording() {
   if (const char* told = std::getenv("CRANEMAP_DEMO_RECORDING")) return told;
   std::error_code failed;
-  return fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() / "share/cranemap/rig";
+  return fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() /
+         "share/cranemap/rig";
 }
 
 }  // namespace
@@ -393,10 +409,13 @@ std::string demo_recording() {
 Command add_run_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "run", "Map a recording: starts all services as processes, plays it, saves the map.\n"
-             "Example: cranemap run RECORDING --out OUT --voxel 0.02");
+      "run",
+      "Map a recording: starts all services as processes, plays it, saves the map.\n"
+      "Example: cranemap run RECORDING --out OUT --voxel 0.02");
   command->add_option("RECORDING", options->recording, "Folder in ASL/EuRoC layout")->required();
-  command->add_option("--out", options->out, "Folder for map.bt map.ot map.pcd height_map.png report.json")
+  command
+      ->add_option("--out", options->out,
+                   "Folder for map.bt map.ot map.pcd height_map.png report.json")
       ->required();
   add_common(*command, *options);
   return [options] { return run_and_clean(*options); };
@@ -411,14 +430,17 @@ Command add_demo_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "demo", "Map the recording that ships with cranemap: the 2021 paper's rig, six positions.");
   options->recording = demo_recording();
-  command->add_option("--recording", options->recording, "Another recording")->capture_default_str();
+  command->add_option("--recording", options->recording, "Another recording")
+      ->capture_default_str();
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_common(*command, *options);
   return [options] {
     const int code = run_and_clean(*options);
     if (code == kExitOk)
-      std::printf("\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer %s/map.pcd\n",
-                  options->out.c_str(), options->out.c_str(), options->out.c_str());
+      std::printf(
+          "\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer "
+          "%s/map.pcd\n",
+          options->out.c_str(), options->out.c_str(), options->out.c_str());
     return code;
   };
 }

@@ -36,8 +36,9 @@ const char* service_name(std::uint32_t service) {
 Result<void> write_json(const std::string& path, const RunReport& r) {
   nlohmann::ordered_json j;
   j["cranemap"] = {{"version", CRANEMAP_VERSION}, {"build_type", CRANEMAP_BUILD_TYPE}};
-  j["run"] = {{"recording", r.recording}, {"method", r.method},   {"rate", r.rate},
-              {"transport", r.transport}, {"wall_s", r.wall_s},   {"cores", std::thread::hardware_concurrency()}};
+  j["run"] = {{"recording", r.recording}, {"method", r.method},
+              {"rate", r.rate},           {"transport", r.transport},
+              {"wall_s", r.wall_s},       {"cores", std::thread::hardware_concurrency()}};
   j["frames"] = {{"recorded", r.frames},
                  {"integrated", r.map.frames_integrated},
                  {"rejected", r.map.frames_rejected},
@@ -86,7 +87,8 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
   file << j.dump(2) << "\n";
   file.close();
   if (!file)
-    return Error{ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+    return Error{ErrorCode::kResource, path, "cannot be written",
+                 "check permissions and free space"};
   return {};
 }
 
@@ -95,10 +97,11 @@ void print(const RunReport& r) {
               r.frames, static_cast<unsigned long long>(r.map.frames_integrated),
               static_cast<unsigned long long>(r.map.frames_rejected),
               static_cast<unsigned long long>(r.map.frames_missing), r.wall_s);
-  std::printf("map         %u tiles, %llu voxels occupied, %llu free, voxel %.3f m, revision %llu\n",
-              r.map.tiles, static_cast<unsigned long long>(r.voxels.occupied),
-              static_cast<unsigned long long>(r.voxels.free), r.map.voxel_m,
-              static_cast<unsigned long long>(r.map.revision));
+  std::printf(
+      "map         %u tiles, %llu voxels occupied, %llu free, voxel %.3f m, revision %llu\n",
+      r.map.tiles, static_cast<unsigned long long>(r.voxels.occupied),
+      static_cast<unsigned long long>(r.voxels.free), r.map.voxel_m,
+      static_cast<unsigned long long>(r.map.revision));
   for (const auto& [service, s] : r.services) {
     for (const v1::DropCount& d : s.dropped())
       std::printf("not used    %-11s %llu x %s\n", service_name(service),
@@ -107,7 +110,8 @@ void print(const RunReport& r) {
     if (restarted != r.restarts.end())
       std::printf("restarted   %-11s %d x\n", service_name(service), restarted->second);
   }
-  std::printf("\n%-12s %-28s %8s %9s %9s %9s\n", "service", "stage", "count", "p50 ms", "p99 ms", "max ms");
+  std::printf("\n%-12s %-28s %8s %9s %9s %9s\n", "service", "stage", "count", "p50 ms", "p99 ms",
+              "max ms");
   for (const auto& [service, s] : r.services)
     for (const v1::StageTime& t : s.stages())
       std::printf("%-12s %-28s %8llu %9.2f %9.2f %9.2f\n", service_name(service), t.stage().c_str(),
@@ -123,10 +127,11 @@ void print(const RunReport& r) {
     }
   }
   if (r.judged)
-    std::printf("\nagainst the truth: coverage %.4f, unsafe %.4f, missed %.4f, unmapped obstacle %.4f, "
-                "phantom %.5f\n",
-                r.judgement.coverage, r.judgement.unsafe, r.judgement.missed,
-                r.judgement.unmapped_obstacle, r.judgement.phantom);
+    std::printf(
+        "\nagainst the truth: coverage %.4f, unsafe %.4f, missed %.4f, unmapped obstacle %.4f, "
+        "phantom %.5f\n",
+        r.judgement.coverage, r.judgement.unsafe, r.judgement.missed, r.judgement.unmapped_obstacle,
+        r.judgement.phantom);
 }
 
 }  // namespace crane

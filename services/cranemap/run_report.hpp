@@ -16,7 +16,7 @@ namespace crane {
 struct RunReport {
   std::string recording, method, rate, transport;
   double wall_s = 0;
-  std::size_t frames = 0;                     ///< of the recording
+  std::size_t frames = 0;  ///< of the recording
   client::Status map;
   client::Map::VoxelCount voxels;
   std::map<std::uint32_t, v1::ServiceStatus> services;  ///< last status by v1::SERVICE_*

@@ -36,8 +36,8 @@ int run(Options& options) {
   if (!scene) return fail(scene.error());
   if (options.seed >= 0) scene->seed = static_cast<std::uint64_t>(options.seed);
   if (fs::exists(options.simulate.folder + "/cam0"))
-    return fail(Error{ErrorCode::kConfiguration, options.simulate.folder, "holds a recording already",
-                      "give --out a new folder"});
+    return fail(Error{ErrorCode::kConfiguration, options.simulate.folder,
+                      "holds a recording already", "give --out a new folder"});
   Progress progress("rendering " + scene->name);
   options.simulate.progress = [&](std::size_t done, std::size_t total) {
     progress.update(done, total, "frames");
@@ -53,9 +53,11 @@ int run(Options& options) {
 Command add_simulate_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "simulate", "Render a scene into a recording with truth; the same seed gives the same one.\n"
-                  "Example: cranemap simulate shared/sim/scenes/lap.yaml --out /tmp/lap");
-  command->add_option("SCENE", options->scene, "Scene file (YAML), or rig, lap or hall")->required();
+      "simulate",
+      "Render a scene into a recording with truth; the same seed gives the same one.\n"
+      "Example: cranemap simulate shared/sim/scenes/lap.yaml --out /tmp/lap");
+  command->add_option("SCENE", options->scene, "Scene file (YAML), or rig, lap or hall")
+      ->required();
   command->add_option("--out", options->simulate.folder, "Folder of the new recording")->required();
   command->add_option("--seed", options->seed, "Over that of the scene");
   command->add_option("--frames", options->simulate.max_frames, "Only the first N frames");

@@ -1,8 +1,8 @@
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <thread>
-#include <unistd.h>
 
 #include "base/log.hpp"
 #include "bounds.h"
@@ -26,8 +26,9 @@ struct Options {
 void show(const client::Status& map, const std::map<std::uint32_t, v1::ServiceStatus>& services) {
   if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
   const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
-  std::printf("map    %s%s%s  revision %llu  %u tiles  %s\n", validity, map.reason.empty() ? "" : ": ",
-              map.reason.c_str(), static_cast<unsigned long long>(map.revision), map.tiles,
+  std::printf("map    %s%s%s  revision %llu  %u tiles  %s\n", validity,
+              map.reason.empty() ? "" : ": ", map.reason.c_str(),
+              static_cast<unsigned long long>(map.revision), map.tiles,
               map.complete ? "complete here" : "incomplete here");
   std::printf("frames in the map %llu, rejected %llu, missing %llu\n",
               static_cast<unsigned long long>(map.frames_integrated),
@@ -35,8 +36,8 @@ void show(const client::Status& map, const std::map<std::uint32_t, v1::ServiceSt
               static_cast<unsigned long long>(map.frames_missing));
   for (const auto& [id, s] : services) {
     const double age_s = double(SystemClock().now() - s.time_ns()) * 1e-9;
-    std::printf("%-12s %s  in %llu  out %llu  cpu %.1f s  %.0f MiB  heard %.1f s ago\n", service_name(id),
-                s.status() == 0 ? "ok      " : "DEGRADED",
+    std::printf("%-12s %s  in %llu  out %llu  cpu %.1f s  %.0f MiB  heard %.1f s ago\n",
+                service_name(id), s.status() == 0 ? "ok      " : "DEGRADED",
                 static_cast<unsigned long long>(s.received()),
                 static_cast<unsigned long long>(s.published()), s.cpu_seconds(),
                 double(s.memory_bytes()) / (1 << 20), age_s);
@@ -97,9 +98,11 @@ int watch(const Options& options) {
 
 Command add_watch_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("watch", "Live text view of a running map and its services.");
+  CLI::App* command =
+      app.add_subcommand("watch", "Live text view of a running map and its services.");
   command->add_option("--config", options->config, "Site configuration (YAML)");
-  command->add_option("--domain", options->domain, "DDS domain, over that of --config")->check(CLI::Range(0, 232));
+  command->add_option("--domain", options->domain, "DDS domain, over that of --config")
+      ->check(CLI::Range(0, 232));
   command->add_option("--crane", options->crane, "Crane number, over that of --config");
   command->add_option("--seconds", options->seconds, "Stop after this long; 0 = on Ctrl-C");
   return [options] { return watch(*options); };

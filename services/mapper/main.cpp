@@ -1,3 +1,5 @@
 #include "mapper/mapper_service.hpp"
 
-int main(int argc, char** argv) { return crane::run_mapper(argc, argv); }
+int main(int argc, char** argv) {
+  return crane::run_mapper(argc, argv);
+}

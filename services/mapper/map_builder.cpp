@@ -11,7 +11,9 @@ double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
                                                   : kDefaultVoxel;
 }
 
-std::size_t bytes(const MapperConfig& c) { return std::size_t(c.max_memory_mib) << 20U; }
+std::size_t bytes(const MapperConfig& c) {
+  return std::size_t(c.max_memory_mib) << 20U;
+}
 
 IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
   return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
@@ -136,8 +138,7 @@ void MapBuilder::integrate(CloudSample& cloud) {
     stale_ = true;
     account_for(cloud, added.ok());
   } else {
-    const IntegrationReport report =
-        integrator_.integrate(cloud.frame, cloud.exposure_time, *map_);
+    const IntegrationReport report = integrator_.integrate(cloud.frame, cloud.exposure_time, *map_);
     if (report.points == 0) dropped.add("cloud without a single match");
     dropped.set("points outside z_min..z_max", dropped_points_ += report.out_of_range);
     dropped.set("blocks beyond max_memory_mib", map_->refused_blocks());
@@ -166,8 +167,7 @@ Result<void> MapBuilder::rebuild() {
   stages.add("paper: voxel grid", report->grid_ms);
   stages.add("paper: outlier removal", report->outliers_ms);
   stages.add("paper: octree", report->octree_ms);
-  stages.add("paper: filter and octree",
-             report->grid_ms + report->outliers_ms + report->octree_ms);
+  stages.add("paper: filter and octree", report->grid_ms + report->outliers_ms + report->octree_ms);
   // A tile that the filters emptied is published as an empty one.
   for (const Tile* old : map_->tiles()) fresh->tile(old->key).changed = true;
   map_ = std::move(fresh);

@@ -68,7 +68,9 @@ class MapBuilder {
   [[nodiscard]] OccupancyMap& map() { return *map_; }
   [[nodiscard]] const FrameAccount& account() const { return account_; }
   void restore_account(const FrameAccount& account) { account_ = account; }
-  [[nodiscard]] const PointCloud* paper_cloud() const { return paper_ ? &paper_->filtered() : nullptr; }
+  [[nodiscard]] const PointCloud* paper_cloud() const {
+    return paper_ ? &paper_->filtered() : nullptr;
+  }
   [[nodiscard]] TimeNs last_arrival() const { return last_arrival_; }
   [[nodiscard]] std::size_t pending() const { return pending_.size(); }
 

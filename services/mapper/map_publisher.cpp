@@ -62,23 +62,23 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder) {
       return Error{ErrorCode::kResource, "map_tile", "a tile exceeds its bound",
                    "raise mapper.voxel_m or lower z_max_m"};
     if (fresh || old.voxel_crc != voxel_crc) {
-      auto sent = tiles_.write(tile_sample<v1::MapTile>(crane_, tile->key, identity_.map_id, revision,
-                                                        time, map.voxel_m(), std::move(voxels),
-                                                        voxel_crc));
+      auto sent =
+          tiles_.write(tile_sample<v1::MapTile>(crane_, tile->key, identity_.map_id, revision, time,
+                                                map.voxel_m(), std::move(voxels), voxel_crc));
       if (!sent) return sent;
-      voxel_digest_ += tile_digest(tile->key, voxel_crc) -
-                       (fresh ? 0 : tile_digest(tile->key, old.voxel_crc));
+      voxel_digest_ +=
+          tile_digest(tile->key, voxel_crc) - (fresh ? 0 : tile_digest(tile->key, old.voxel_crc));
       old.voxel_crc = voxel_crc;
       revision_ = revision;
       ++published_tiles_;
     }
     if (fresh || old.height_crc != height_crc) {
-      auto sent = heights_.write(tile_sample<v1::HeightTile>(
-          crane_, tile->key, identity_.map_id, revision, time, map.voxel_m(), std::move(heights),
-          height_crc));
+      auto sent = heights_.write(tile_sample<v1::HeightTile>(crane_, tile->key, identity_.map_id,
+                                                             revision, time, map.voxel_m(),
+                                                             std::move(heights), height_crc));
       if (!sent) return sent;
-      height_digest_ += tile_digest(tile->key, height_crc) -
-                        (fresh ? 0 : tile_digest(tile->key, old.height_crc));
+      height_digest_ +=
+          tile_digest(tile->key, height_crc) - (fresh ? 0 : tile_digest(tile->key, old.height_crc));
       old.height_crc = height_crc;
       revision_ = revision;
     }

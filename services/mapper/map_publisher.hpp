@@ -45,7 +45,9 @@ class MapPublisher {
   };
   MapPublisher(dds::Writer<dds::MapTileTopic> tiles, dds::Writer<dds::HeightTileTopic> heights,
                dds::Writer<dds::OctreeMapTopic> octree, dds::Writer<dds::MapStatusTopic> status)
-      : tiles_(std::move(tiles)), heights_(std::move(heights)), octree_(std::move(octree)),
+      : tiles_(std::move(tiles)),
+        heights_(std::move(heights)),
+        octree_(std::move(octree)),
         status_(std::move(status)) {}
 
   dds::Writer<dds::MapTileTopic> tiles_;

@@ -111,8 +111,8 @@ Result<void> MapStore::save(MapBuilder& builder, const State& state) {
     const Tile* tile = builder.map().find(key);
     if (tile == nullptr) continue;
     const Bytes bytes = write_snapshot(*tile);
-    const std::string name = folder_ + "/" + std::to_string(tile->key.x) + "_" +
-                             std::to_string(tile->key.y) + ".tile";
+    const std::string name =
+        folder_ + "/" + std::to_string(tile->key.x) + "_" + std::to_string(tile->key.y) + ".tile";
     if (auto r = write_file(name, bytes.data(), bytes.size()); !r) return r;
   }
   unsaved_.clear();

@@ -73,8 +73,9 @@ class Service {
       wakeup_.wait_for(50ms);
       if (auto alone = check_alone(*others); !alone) return alone;
     }
-    auto publisher = MapPublisher::create(context_.participant, identity_,
-                                          context_.config.mapper.method == MapperConfig::Method::kPaper);
+    auto publisher =
+        MapPublisher::create(context_.participant, identity_,
+                             context_.config.mapper.method == MapperConfig::Method::kPaper);
     if (!publisher) return publisher.error();
     publisher->restore_revision(state.revision);
     log_info("serving crane " + std::to_string(context_.participant->settings().crane) +
@@ -106,10 +107,10 @@ class Service {
         continue;
       const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
       if (alive && s.mapper_start_ns() < identity_.mapper_start)
-        return Error{ErrorCode::kResource, "map_status",
-                     "another mapper already serves crane " + std::to_string(s.crane()) +
-                         " in this domain",
-                     "stop it, or give this one another crane number or dds.domain"};
+        return Error{
+            ErrorCode::kResource, "map_status",
+            "another mapper already serves crane " + std::to_string(s.crane()) + " in this domain",
+            "stop it, or give this one another crane number or dds.domain"};
     }
     return {};
   }
@@ -132,8 +133,7 @@ class Service {
       if (!sample) break;
       ++context_.status.received;
       context_.status.stream = (*sample)->stream();
-      builder_.stages.add("stereo to mapper",
-                          double(SystemClock().now() - sample->source_time_ns()) * 1e-6);
+      add_delivery_times(builder_.stages, "stereo to mapper", *sample, clouds.counts());
       CloudSample cloud = copy(**sample);
       if (sample->intact())
         builder_.add_cloud(std::move(cloud), SystemClock().now());
@@ -178,8 +178,8 @@ class Service {
     store.note_changes(builder_);
     if (!options_.state.empty() && save_state_.due()) {
       const Stopwatch watch;
-      if (auto saved = store.save(builder_, {identity_.map_id, publisher.revision() + 1,
-                                             builder_.account()});
+      if (auto saved = store.save(builder_,
+                                  {identity_.map_id, publisher.revision() + 1, builder_.account()});
           !saved)
         return saved;
       builder_.stages.add("save state", watch.ms());
@@ -243,11 +243,12 @@ class Service {
 
 int run_mapper(int argc, char** argv) {
   Options options;
-  const ServiceInfo info{"cranemap-mapper",
-                         "Clouds and positions to the map: topics partial_cloud and "
-                         "rangefinder_position in;\nmap_tile, height_tile, octree_map and map_status "
-                         "out.\nExample: cranemap-mapper --calibration RECORDING --save OUT",
-                         v1::SERVICE_MAPPER};
+  const ServiceInfo info{
+      "cranemap-mapper",
+      "Clouds and positions to the map: topics partial_cloud and "
+      "rangefinder_position in;\nmap_tile, height_tile, octree_map and map_status "
+      "out.\nExample: cranemap-mapper --calibration RECORDING --save OUT",
+      v1::SERVICE_MAPPER};
   return run_service(
       argc, argv, info,
       [&](CLI::App& app) {

@@ -1,3 +1,5 @@
 #include "rangefinder_player.hpp"
 
-int main(int argc, char** argv) { return crane::run_rangefinder(argc, argv); }
+int main(int argc, char** argv) {
+  return crane::run_rangefinder(argc, argv);
+}

@@ -34,7 +34,10 @@ class Player {
  public:
   Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
          dds::Writer<dds::RangefinderPositionTopic> writer)
-      : context_(context), options_(options), recording_(std::move(recording)), rate_(rate),
+      : context_(context),
+        options_(options),
+        recording_(std::move(recording)),
+        rate_(rate),
         writer_(std::move(writer)) {
     for (const RecordedDistance& d : recording_.cart())
       readings_.push_back({d.time, d.distance_m, v1::AXIS_CART});
@@ -67,11 +70,13 @@ class Player {
 
   Result<void> play_timed() {
     const SystemClock wall;
-    const PlayClock clock(rate_, recording_.start(),
-                          options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    const PlayClock clock(
+        rate_, recording_.start(),
+        options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
     for (std::size_t n = 0; (options_.loop || n < readings_.size()) && !context_.stopping(); ++n) {
       const Reading& r = readings_[n % readings_.size()];
-      const TimeNs time = r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
+      const TimeNs time =
+          r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
       if (options_.resume && clock.due(time) < wall.now() - kNsPerSecond) {
         status().dropped.add("skipped after a restart");
         continue;
@@ -113,8 +118,8 @@ class Player {
       if (heard != accounted || stuck) since_progress = {};
       accounted = heard;
       const bool all = accounted + kAhead >= frames;
-      const TimeNs until = all ? readings_.back().time
-                               : recording_.frame_time(accounted + kAhead) + kMargin;
+      const TimeNs until =
+          all ? readings_.back().time : recording_.frame_time(accounted + kAhead) + kMargin;
       for (; next < readings_.size() && readings_[next].time <= until; ++next)
         send(readings_[next], readings_[next].time);
       if (accounted >= frames - 1) return {};
@@ -176,7 +181,8 @@ int run_rangefinder(int argc, char** argv) {
                        "real, a factor of it, or max: as fast as the mapper takes frames")
             ->capture_default_str();
         app.add_flag("--loop", options.loop, "Start over at the end (not with --rate max)");
-        app.add_option("--stream", options.stream, "Stream of the camera, for --rate max; 0 = a random one");
+        app.add_option("--stream", options.stream,
+                       "Stream of the camera, for --rate max; 0 = a random one");
         app.add_option("--start-at", options.start_at,
                        "Wall time [ns] of the recording's first instant; 0 = now");
         app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");

@@ -1,3 +1,5 @@
 #include "stereo_service.hpp"
 
-int main(int argc, char** argv) { return crane::run_stereo(argc, argv); }
+int main(int argc, char** argv) {
+  return crane::run_stereo(argc, argv);
+}

@@ -42,7 +42,7 @@ class Service {
       while (!context_.stopping()) {
         auto frame = frames->take();
         if (!frame) break;
-        status().stages.add("camera to stereo", double(SystemClock().now() - frame->source_time_ns()) * 1e-6);
+        add_delivery_times(status().stages, "camera to stereo", *frame, frames->counts());
         work(std::move(frame));
       }
       const dds::ReaderCounts counts = frames->counts();
@@ -61,16 +61,18 @@ class Service {
     const Stopwatch watch;
     const Header header = header_of(**received);
     const bool colour = header.encoding == v1::ENCODING_BGR8;
-    const auto rectified = stage_.rectify({(*received)->left().data(), (*received)->right().data(),
-                                           (*received)->width(), (*received)->height(),
-                                           colour ? 3U : 1U});
+    const auto rectified =
+        stage_.rectify({(*received)->left().data(), (*received)->right().data(),
+                        (*received)->width(), (*received)->height(), colour ? 3U : 1U});
     const bool intact = received->intact();
     received.reset();  // the camera's memory is not looked at any more
     if (!rectified) return refuse("frame does not fit the calibration", rectified.error().text());
     if (!intact)
-      return refuse("frame overwritten while it was read", "this host is too slow for the camera's rate");
+      return refuse("frame overwritten while it was read",
+                    "this host is too slow for the camera's rate");
     v1::PartialCloud* cloud = clouds_.loan();
-    if (cloud == nullptr) return refuse("no free cloud memory", "a reader of partial_cloud is stuck");
+    if (cloud == nullptr)
+      return refuse("no free cloud memory", "a reader of partial_cloud is stuck");
     const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
     const auto report = stage_.match({{cloud->depth().data(), pixels},
                                       {cloud->confidence().data(), pixels},
@@ -115,7 +117,8 @@ class Service {
     TimeNs exposure_time = 0;
   };
   static Header header_of(const v1::StereoFrame& f) {
-    return {f.crane(), f.encoding(), f.stream(), f.sequence_number(), f.after(), f.exposure_time_ns()};
+    return {f.crane(),           f.encoding(), f.stream(),
+            f.sequence_number(), f.after(),    f.exposure_time_ns()};
   }
 
   void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {

@@ -12,8 +12,14 @@ void set_log_name(const std::string& name);
 /// One line on stderr: time, level, service, text. Thread-safe.
 void log(LogLevel level, const std::string& text);
 
-inline void log_info(const std::string& text) { log(LogLevel::kInfo, text); }
-inline void log_warning(const std::string& text) { log(LogLevel::kWarning, text); }
-inline void log_error(const std::string& text) { log(LogLevel::kError, text); }
+inline void log_info(const std::string& text) {
+  log(LogLevel::kInfo, text);
+}
+inline void log_warning(const std::string& text) {
+  log(LogLevel::kWarning, text);
+}
+inline void log_error(const std::string& text) {
+  log(LogLevel::kError, text);
+}
 
 }  // namespace crane

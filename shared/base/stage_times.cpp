@@ -16,7 +16,9 @@ std::size_t bucket_of(double ms) {
   return std::min(index, kBuckets - 1);
 }
 
-double upper_ms(std::size_t bucket) { return kFirstMs * std::pow(kStep, double(bucket)); }
+double upper_ms(std::size_t bucket) {
+  return kFirstMs * std::pow(kStep, double(bucket));
+}
 
 }  // namespace
 

@@ -21,7 +21,9 @@ class StageTimes {
   void add(const std::string& stage, double ms);
   [[nodiscard]] std::vector<StageSummary> summary() const;
   /// Takes over the stages of `other`, which has other names.
-  void merge(const StageTimes& other) { stages_.insert(other.stages_.begin(), other.stages_.end()); }
+  void merge(const StageTimes& other) {
+    stages_.insert(other.stages_.begin(), other.stages_.end());
+  }
 
  private:
   struct Histogram {

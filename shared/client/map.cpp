@@ -95,9 +95,10 @@ struct Map::Impl {
 
   template <class Sample, class Content, class Decode>
   void take(const Sample& s, Layer<Content>& layer, Decode decode) {
-    auto content = crc32c(s.payload()) == s.crc32c()
-                       ? decode(std::span<const std::uint8_t>(s.payload()))
-                       : Result<Content>(Error{ErrorCode::kBadData, "tile", "fails its checksum", ""});
+    auto content =
+        crc32c(s.payload()) == s.crc32c()
+            ? decode(std::span<const std::uint8_t>(s.payload()))
+            : Result<Content>(Error{ErrorCode::kBadData, "tile", "fails its checksum", ""});
     const std::lock_guard lock(mutex);
     if (!content) {
       ++refused;

@@ -70,9 +70,10 @@ Result<PointCloud> voxel_grid(const PointCloud& cloud, double leaf_m) {
     leaves *= std::floor((value(*high) - value(*low)) / leaf_m) + 2;
   }
   if (!(leaves < std::numeric_limits<int>::max()))
-    return Error{ErrorCode::kWrongSize, "voxel grid",
-                 "the cloud spans more leaves of " + std::to_string(leaf_m) + " m than PCL can count",
-                 "raise mapper.leaf_m, or use mapper.method: default"};
+    return Error{
+        ErrorCode::kWrongSize, "voxel grid",
+        "the cloud spans more leaves of " + std::to_string(leaf_m) + " m than PCL can count",
+        "raise mapper.leaf_m, or use mapper.method: default"};
   try {
     pcl::VoxelGrid<pcl::PointXYZRGB> filter;
     filter.setInputCloud(to_pcl(cloud));

@@ -15,7 +15,7 @@ using PointCloud = std::vector<Point>;
 
 /// One frame's depth on the pixel grid of the rectified left camera. Borrows its pixels.
 struct DepthFrame {
-  std::uint32_t width = 0, height = 0;            ///< [px]
+  std::uint32_t width = 0, height = 0;  ///< [px]
   double f_px = 0, cx_px = 0, cy_px = 0;
   double baseline_m = 0, sigma_disparity_px = 0;  ///< sigma_z = z^2 / (f b) * sigma_disparity
   const float* depth_m = nullptr;                 ///< 0 = no match: no evidence

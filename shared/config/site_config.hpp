@@ -12,12 +12,12 @@ namespace crane {
 // Defaults work for the demo; ranges are checked when the file is read.
 
 struct DdsConfig {
-  int domain = 0;                ///< 0..232
-  bool udp_only = false;         ///< transport: auto | udp
+  int domain = 0;                                       ///< 0..232
+  bool udp_only = false;                                ///< transport: auto | udp
   std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4; empty = all
-  int shm_segment_mib = 64;      ///< 16..1024
-  int udp_buffer_kib = 4096;     ///< 64..65536
-  std::string profile_file, profile_name;  ///< Fast DDS XML instead of the four above
+  int shm_segment_mib = 64;                             ///< 16..1024
+  int udp_buffer_kib = 4096;                            ///< 64..65536
+  std::string profile_file, profile_name;               ///< Fast DDS XML instead of the four above
 };
 
 struct StereoConfig {
@@ -31,29 +31,29 @@ struct StereoConfig {
   /// Search range as depth [m]; 0 = half and 1.15 times the camera's height above the floor.
   /// What stands nearer to the camera gets no match: it stays unknown, never free.
   double nearest_m = 0, farthest_m = 0;
-  double sigma_disparity_px = 0.15;   ///< standard deviation of a good match
+  double sigma_disparity_px = 0.15;  ///< standard deviation of a good match
 };
 
 struct MapperConfig {
   enum class Method { kDefault, kPaper };
   Method method = Method::kDefault;
-  double voxel_m = 0;                 ///< 0 = 0.1 D (eq. 9), D = height of the camera
-  double z_min_m = -0.3;              ///< lowest mapped height
-  double z_max_m = 0;                 ///< highest; 0 = just below the camera
-  int max_position_gap_ms = 200;      ///< between two readings of one rangefinder
-  int position_wait_ms = 1000;        ///< for the reading after the exposure to arrive
-  int cart_latency_ms = 0;            ///< of the rangefinder: subtracted from its time stamps
+  double voxel_m = 0;             ///< 0 = 0.1 D (eq. 9), D = height of the camera
+  double z_min_m = -0.3;          ///< lowest mapped height
+  double z_max_m = 0;             ///< highest; 0 = just below the camera
+  int max_position_gap_ms = 200;  ///< between two readings of one rangefinder
+  int position_wait_ms = 1000;    ///< for the reading after the exposure to arrive
+  int cart_latency_ms = 0;        ///< of the rangefinder: subtracted from its time stamps
   int trolley_latency_ms = 0;
   double rangefinder_min_m = -1, rangefinder_max_m = 1000;  ///< outside: refused
-  double publish_hz = 2;              ///< changed tiles
-  double octree_hz = 1;               ///< whole octree, when changed
-  int stale_ms = 2000;                ///< no cloud for longer: the map says so
-  int max_memory_mib = 4096;          ///< of the map
+  double publish_hz = 2;                                    ///< changed tiles
+  double octree_hz = 1;                                     ///< whole octree, when changed
+  int stale_ms = 2000;        ///< no cloud for longer: the map says so
+  int max_memory_mib = 4096;  ///< of the map
   // method: paper
-  int outlier_neighbours = 50;        ///< 50 or 60 in the paper
-  double outlier_std = 1.0;           ///< 1.0 or 0.8
-  double leaf_m = 0.01;               ///< voxel grid filter
-  bool outliers_first = false;        ///< filter order; grid first is the paper's speed
+  int outlier_neighbours = 50;  ///< 50 or 60 in the paper
+  double outlier_std = 1.0;     ///< 1.0 or 0.8
+  double leaf_m = 0.01;         ///< voxel grid filter
+  bool outliers_first = false;  ///< filter order; grid first is the paper's speed
 };
 
 struct SiteConfig {

@@ -109,7 +109,8 @@ Result<YamlReader> YamlReader::from_text(const std::string& text, const std::str
                  "correct the YAML syntax"};
   }
   if (!impl->node.IsMap() && !impl->node.IsNull())
-    return Error{ErrorCode::kConfiguration, name, "is not a map of keys", "write 'key: value' lines"};
+    return Error{ErrorCode::kConfiguration, name, "is not a map of keys",
+                 "write 'key: value' lines"};
   return YamlReader(std::move(impl));
 }
 
@@ -159,7 +160,8 @@ void YamlReader::number(const std::string& key, double& out, double min, double 
   double value = 0;
   if (!impl_->read(key, value, "a number", required)) return;
   if (!(value >= min && value <= max))
-    problem(key, number_text(value) + " is outside " + number_text(min) + " .. " + number_text(max));
+    problem(key,
+            number_text(value) + " is outside " + number_text(min) + " .. " + number_text(max));
   else
     out = value;
 }
@@ -217,7 +219,9 @@ void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::
   out = values;
 }
 
-void YamlReader::ignore(const std::string& key) { impl_->known->insert(key); }
+void YamlReader::ignore(const std::string& key) {
+  impl_->known->insert(key);
+}
 
 void YamlReader::problem(const std::string& key, const std::string& what) {
   const YAML::Node value = impl_->get(key);
@@ -234,7 +238,8 @@ Result<void> YamlReader::finish() {
       if (known->contains(key)) continue;
       std::string all;
       for (const std::string& k : *known) all += (all.empty() ? "" : ", ") + k;
-      shared.add(entry.first.Mark().line, "unknown key '" + (path.empty() ? key : path + "." + key) +
+      shared.add(entry.first.Mark().line, "unknown key '" +
+                                              (path.empty() ? key : path + "." + key) +
                                               "' (known here: " + all + ")");
     }
   shared.maps.clear();

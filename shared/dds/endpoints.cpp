@@ -36,10 +36,10 @@ using ReturnCode = eprosima::fastrtps::types::ReturnCode_t;
 
 template <class Type>
 struct Support;
-#define CRANE_SUPPORT(T)                    \
-  template <>                               \
-  struct Support<v1::T> {                   \
-    using PubSubType = v1::T##PubSubType;   \
+#define CRANE_SUPPORT(T)                  \
+  template <>                             \
+  struct Support<v1::T> {                 \
+    using PubSubType = v1::T##PubSubType; \
   }
 CRANE_SUPPORT(StereoFrame);
 CRANE_SUPPORT(RangefinderPosition);
@@ -52,23 +52,25 @@ CRANE_SUPPORT(MapStatus);
 CRANE_SUPPORT(ServiceStatus);
 #undef CRANE_SUPPORT
 
-Duration_t seconds(int ms) { return Duration_t(double(ms) * 1e-3); }
+Duration_t seconds(int ms) {
+  return Duration_t(double(ms) * 1e-3);
+}
 
 /// The part of the QoS that readers and writers share.
 template <class Qos>
 void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
   qos.reliability().kind =
       spec.reliable ? fdds::RELIABLE_RELIABILITY_QOS : fdds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.durability().kind = spec.transient_local ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                               : fdds::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind =
+      spec.transient_local ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS : fdds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = spec.depth;
   qos.resource_limits().max_instances = spec.max_instances;
   qos.resource_limits().max_samples_per_instance = spec.depth;
   qos.resource_limits().max_samples = spec.max_instances * spec.depth;
   qos.resource_limits().allocated_samples = spec.big ? 1 : spec.depth;
-  qos.endpoint().history_memory_policy = spec.big ? rtps::DYNAMIC_REUSABLE_MEMORY_MODE
-                                                  : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.endpoint().history_memory_policy =
+      spec.big ? rtps::DYNAMIC_REUSABLE_MEMORY_MODE : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   if (spec.deadline_ms > 0) qos.deadline().period = seconds(spec.deadline_ms);
   if (spec.lifespan_ms > 0) qos.lifespan().duration = seconds(spec.lifespan_ms);
   if (spec.liveliness_ms > 0) qos.liveliness().lease_duration = seconds(spec.liveliness_ms);
@@ -83,11 +85,10 @@ Result<fdds::Topic*> topic_of(Participant::Impl& p) {
   const std::lock_guard lock(p.mutex);
   fdds::Topic*& topic = p.topics[Topic::kName];
   if (topic == nullptr) {
-    fdds::TypeSupport type(
-        new GuardedType<typename Support<typename Topic::Type>::PubSubType>());
+    fdds::TypeSupport type(new GuardedType<typename Support<typename Topic::Type>::PubSubType>());
     type.register_type(p.participant);
-    topic = p.participant->create_topic(Topic::kName, type.get_type_name(),
-                                        fdds::TOPIC_QOS_DEFAULT);
+    topic =
+        p.participant->create_topic(Topic::kName, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }
   if (topic == nullptr)
     return Error{ErrorCode::kResource, Topic::kName, "the topic could not be made", ""};
@@ -144,12 +145,13 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
   std::uint64_t received = 0, invalid = 0;
   std::atomic<std::uint64_t> lost{0}, rejected{0}, late{0};
   std::atomic<int> matched{0};
+  std::atomic<TimeNs> told_ns{0};
 
   void on_data_available(fdds::DataReader* /*reader*/) override {
+    told_ns = SystemClock().now();
     if (wakeup != nullptr) wakeup->notify();
   }
-  void on_sample_lost(fdds::DataReader* /*reader*/,
-                      const fdds::SampleLostStatus& status) override {
+  void on_sample_lost(fdds::DataReader* /*reader*/, const fdds::SampleLostStatus& status) override {
     lost = std::uint64_t(status.total_count);
   }
   void on_sample_rejected(fdds::DataReader* /*reader*/,
@@ -216,8 +218,8 @@ std::unique_ptr<Received<typename Topic::Type>> Reader<Topic>::take() {
 
 template <class Topic>
 ReaderCounts Reader<Topic>::counts() const {
-  return {impl_->received, impl_->invalid, impl_->lost + impl_->rejected, impl_->late,
-          impl_->matched};
+  return {impl_->received, impl_->invalid, impl_->lost + impl_->rejected,
+          impl_->late,     impl_->matched, impl_->told_ns};
 }
 
 // ---------------------------------------------------------------- writer
@@ -323,9 +325,9 @@ int Writer<Topic>::matched() const {
   return impl_->matched;
 }
 
-#define CRANE_ENDPOINTS(T)           \
-  template class Received<T::Type>;  \
-  template class Reader<T>;          \
+#define CRANE_ENDPOINTS(T)          \
+  template class Received<T::Type>; \
+  template class Reader<T>;         \
   template class Writer<T>
 CRANE_ENDPOINTS(StereoFrameTopic);
 CRANE_ENDPOINTS(RangefinderPositionTopic);

@@ -37,11 +37,12 @@ class Received {
 
 /// Counts since the reader was made.
 struct ReaderCounts {
-  std::uint64_t received = 0;   ///< samples handed out
-  std::uint64_t invalid = 0;    ///< samples refused by validation
-  std::uint64_t lost = 0;       ///< told lost or rejected by Fast DDS
-  std::uint64_t late = 0;       ///< deadlines missed
-  int matched = 0;              ///< writers now
+  std::uint64_t received = 0;  ///< samples handed out
+  std::uint64_t invalid = 0;   ///< samples refused by validation
+  std::uint64_t lost = 0;      ///< told lost or rejected by Fast DDS
+  std::uint64_t late = 0;      ///< deadlines missed
+  int matched = 0;             ///< writers now
+  TimeNs told_ns = 0;          ///< when Fast DDS last said that there is a sample
 };
 
 /// Typed reader. take() from one thread; DDS callbacks only notify `wakeup`.

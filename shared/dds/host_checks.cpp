@@ -36,10 +36,10 @@ Result<void> check_udp_ports(std::uint32_t domain) {
     close(probe);
     if (free) return {};
   }
-  return Error{ErrorCode::kResource, "DDS domain " + std::to_string(domain),
-               "no free UDP port from " + std::to_string(first) + " to " +
-                   std::to_string(first + 240),
-               "stop other participants of the domain, or choose another dds.domain"};
+  return Error{
+      ErrorCode::kResource, "DDS domain " + std::to_string(domain),
+      "no free UDP port from " + std::to_string(first) + " to " + std::to_string(first + 240),
+      "stop other participants of the domain, or choose another dds.domain"};
 }
 
 }  // namespace crane::dds

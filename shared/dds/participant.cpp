@@ -1,11 +1,11 @@
 #include "dds/participant.hpp"
 
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/log/Log.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
 
 #include <atomic>
 #include <filesystem>
@@ -39,7 +39,8 @@ class LogBridge final : public fdds::LogConsumer {
     if (entry.message.find("Buffer is being invalidated") == 0 && invalidated_++ < participants())
       return;
     if (entry.message.find("Automatically unmatching") == 0) return;
-    const std::string text = "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
+    const std::string text =
+        "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
     if (entry.kind == fdds::Log::Kind::Error)
       log_error(text);
     else
@@ -171,6 +172,8 @@ Participant::~Participant() {
   fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
 }
 
-const Settings& Participant::settings() const { return impl_->settings; }
+const Settings& Participant::settings() const {
+  return impl_->settings;
+}
 
 }  // namespace crane::dds

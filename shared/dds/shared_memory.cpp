@@ -5,8 +5,8 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <set>
@@ -120,7 +120,8 @@ std::size_t remove_stale_segments(const std::string& directory) {
       if (!lock.held()) continue;
       const std::string prefix = name.substr(std::string(kLockPrefix).size());
       for (const std::string& segment : names)
-        if (segment.starts_with("fast_datasharing_" + prefix)) removed += remove_file(dir / segment);
+        if (segment.starts_with("fast_datasharing_" + prefix))
+          removed += remove_file(dir / segment);
       removed += remove_file(dir / name);
     } else if (name.starts_with("fastrtps_port") && name.ends_with("_el")) {
       // A port belongs to whoever listens (exclusive lock) and to all that send (shared lock).

@@ -23,11 +23,11 @@ struct QosSpec {
   bool transient_local = false;  ///< late joiners get the last `depth` samples of each instance
   int depth = 1;                 ///< keep-last
   int max_instances = 1;
-  int deadline_ms = 0;    ///< 0 = none
-  int lifespan_ms = 0;    ///< 0 = none
-  int liveliness_ms = 0;  ///< automatic liveliness lease; 0 = infinite
-  bool zero_copy = false; ///< data-sharing with loans between processes of one host
-  bool big = false;       ///< payload memory is taken when needed, not in advance
+  int deadline_ms = 0;     ///< 0 = none
+  int lifespan_ms = 0;     ///< 0 = none
+  int liveliness_ms = 0;   ///< automatic liveliness lease; 0 = infinite
+  bool zero_copy = false;  ///< data-sharing with loans between processes of one host
+  bool big = false;        ///< payload memory is taken when needed, not in advance
 };
 
 // One row per topic: type, name, QoS. A contract test compares this with idl/README.md and the IDL.
@@ -71,10 +71,8 @@ struct OctreeMapTopic {
 struct MapStatusTopic {
   using Type = v1::MapStatus;
   static constexpr const char* kName = "crane/v1/map_status";
-  static constexpr QosSpec kQos{.transient_local = true,
-                                .max_instances = 16,
-                                .deadline_ms = 1000,
-                                .liveliness_ms = 2000};
+  static constexpr QosSpec kQos{
+      .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000};
 };
 struct ServiceStatusTopic {
   using Type = v1::ServiceStatus;

@@ -19,7 +19,9 @@ bool image_fits(std::uint32_t width, std::uint32_t height) {
          std::uint64_t(width) * height <= v1::MAX_PIXELS;
 }
 
-bool status_known(std::uint32_t status) { return status <= v1::STATUS_FAILED; }
+bool status_known(std::uint32_t status) {
+  return status <= v1::STATUS_FAILED;
+}
 
 template <class Tile>
 const char* tile_flaw(const Tile& t) {
@@ -72,8 +74,12 @@ const char* flaw(const v1::PartialCloud& s) {
   return nullptr;
 }
 
-const char* flaw(const v1::MapTile& s) { return tile_flaw(s); }
-const char* flaw(const v1::HeightTile& s) { return tile_flaw(s); }
+const char* flaw(const v1::MapTile& s) {
+  return tile_flaw(s);
+}
+const char* flaw(const v1::HeightTile& s) {
+  return tile_flaw(s);
+}
 
 const char* flaw(const v1::OctreeMap& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
@@ -91,7 +97,8 @@ const char* flaw(const v1::MapStatus& s) {
 }
 
 const char* flaw(const v1::ServiceStatus& s) {
-  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_MAPPER) return "unknown service";
+  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_MAPPER)
+    return "unknown service";
   if (!status_known(s.status())) return "unknown status";
   if (s.finished() > 1) return "finished is neither 0 nor 1";
   if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES)

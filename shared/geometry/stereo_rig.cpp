@@ -23,10 +23,12 @@ Result<void> check_rig(const StereoRig& rig, const std::string& where) {
     return Error{ErrorCode::kConfiguration, where, std::move(what), std::move(todo)};
   };
   if (!is_usable(rig.left) || !is_usable(rig.right))
-    return bad("a camera has no usable intrinsics (focal length, size or a value that is not finite)",
-               "write intrinsics [fu, fv, cu, cv] in pixels and resolution [width, height]");
+    return bad(
+        "a camera has no usable intrinsics (focal length, size or a value that is not finite)",
+        "write intrinsics [fu, fv, cu, cv] in pixels and resolution [width, height]");
   if (rig.left.width != rig.right.width || rig.left.height != rig.right.height)
-    return bad("left and right camera differ in resolution", "calibrate both at the same resolution");
+    return bad("left and right camera differ in resolution",
+               "calibrate both at the same resolution");
   if (!is_rotation(rig.T_body_left.linear()) || !is_rotation(rig.T_body_right.linear()))
     return bad("the rotation in T_BS is not a rotation matrix",
                "copy the 4 x 4 matrix row by row from the calibration");

@@ -32,7 +32,8 @@ struct StereoRig {
   }
 };
 
-/// Says what makes a rig unusable: focal lengths, baseline, rotation, sizes, a camera that looks up.
+/// Says what makes a rig unusable: focal lengths, baseline, rotation, sizes, a camera that looks
+/// up.
 Result<void> check_rig(const StereoRig& rig, const std::string& where);
 
 /// One virtual pinhole that a rectified left image and its depth belong to.

@@ -21,7 +21,8 @@ Result<Bytes> decompress(std::span<const std::uint8_t> bytes, std::size_t max_by
   if (size > max_bytes)
     return Error{ErrorCode::kBadData, "payload",
                  "claims " + std::to_string(size) + " bytes, at most " + std::to_string(max_bytes) +
-                     " are allowed", ""};
+                     " are allowed",
+                 ""};
   Bytes out(size);
   const std::size_t got = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
   if (ZSTD_isError(got) != 0 || got != size)

@@ -8,9 +8,9 @@
 namespace crane {
 namespace {
 
-constexpr int kTreeDepth = 16;                   // OctoMap's
-constexpr int kBlockLevel = 5;                   // a block is a cube of 2^5 voxels
-constexpr int kOrigin = 1 << (kTreeDepth - 1);   // OctoMap key of voxel 0
+constexpr int kTreeDepth = 16;                  // OctoMap's
+constexpr int kBlockLevel = 5;                  // a block is a cube of 2^5 voxels
+constexpr int kOrigin = 1 << (kTreeDepth - 1);  // OctoMap key of voxel 0
 constexpr int kBlockOrigin = kOrigin >> kBlockLevel;
 constexpr int kBlockTreeDepth = kTreeDepth - kBlockLevel;
 
@@ -35,15 +35,17 @@ std::vector<BlockRef> sorted_blocks(const OccupancyMap& map) {
   for (const Tile* tile : map.tiles())
     for (const auto& [bz, block] : tile->blocks)
       if (fits(tile->key.x) && fits(tile->key.y) && fits(bz))
-        refs.push_back({morton(tile->key.x + kBlockOrigin, tile->key.y + kBlockOrigin,
-                               bz + kBlockOrigin), block.get()});
+        refs.push_back(
+            {morton(tile->key.x + kBlockOrigin, tile->key.y + kBlockOrigin, bz + kBlockOrigin),
+             block.get()});
   std::sort(refs.begin(), refs.end(), [](auto& a, auto& b) { return a.morton < b.morton; });
   return refs;
 }
 
 std::string header(const char* first_line, const char* id, std::size_t nodes, double voxel_m) {
   std::ostringstream s;
-  s << first_line << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+  s << first_line
+    << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
     << "id " << id << "\nsize " << nodes << "\nres " << voxel_m << "\ndata\n";
   return s.str();
 }
@@ -81,9 +83,9 @@ class TreeWalk {
     std::array<Value, 8> children{};
     const int half = 1 << (level - 1);
     for (int child = 0; child < 8; ++child)
-      children[std::size_t(child)] = inside(block, level - 1, x + ((child & 1) != 0 ? half : 0),
-                                            y + ((child & 2) != 0 ? half : 0),
-                                            z + ((child & 4) != 0 ? half : 0));
+      children[std::size_t(child)] =
+          inside(block, level - 1, x + ((child & 1) != 0 ? half : 0),
+                 y + ((child & 2) != 0 ? half : 0), z + ((child & 4) != 0 ? half : 0));
     return writer_.end_node(mark, children, false);
   }
 
@@ -100,16 +102,14 @@ struct BinaryWriter {
   struct Mark {
     std::size_t at, nodes;
   };
-  static Value voxel(const Block& block, int index) {
-    return static_cast<Value>(block.at(index));
-  }
+  static Value voxel(const Block& block, int index) { return static_cast<Value>(block.at(index)); }
   Mark begin_node() {
     out.resize(out.size() + 2);
     return {out.size() - 2, nodes};
   }
   Value end_node(Mark mark, const std::array<Value, 8>& children, bool root) {
-    const bool same = std::all_of(children.begin(), children.end(),
-                                  [&](Value c) { return c == children[0]; });
+    const bool same =
+        std::all_of(children.begin(), children.end(), [&](Value c) { return c == children[0]; });
     if (same && children[0] != kInner && !root) {
       out.resize(mark.at);
       nodes = mark.nodes;

@@ -17,7 +17,9 @@ constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4);
 constexpr int kLevel = 1;
 constexpr double kUnit = 1e-4;  // 0.1 mm
 
-Error damaged(const char* what) { return {ErrorCode::kBadData, "tile", what, ""}; }
+Error damaged(const char* what) {
+  return {ErrorCode::kBadData, "tile", what, ""};
+}
 
 bool has_content(const Block& block) {
   return std::any_of(block.log_odds.begin(), block.log_odds.end(), [](auto v) { return v != 0; });
@@ -85,11 +87,14 @@ Bytes encode_heights(const TileHeights& heights) {
     return static_cast<std::int64_t>(std::lround(std::clamp(metres / kUnit, low, high)));
   };
   for (const ColumnHeight& c : heights)
-    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.height_m, -2e9, 2e9)), 4);
+    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.height_m, -2e9, 2e9)),
+           4);
   for (const ColumnHeight& c : heights)
-    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.spread_m, 0, 65'535)), 2);
+    put_le(raw, c.state == ColumnState::kUnknown ? 0 : std::uint64_t(unit(c.spread_m, 0, 65'535)),
+           2);
   for (const ColumnHeight& c : heights) put_le(raw, std::uint64_t(c.state), 1);
-  for (const ColumnHeight& c : heights) put_le(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
+  for (const ColumnHeight& c : heights)
+    put_le(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
   return compress(raw, kLevel);
 }
 

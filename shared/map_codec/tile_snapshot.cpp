@@ -14,7 +14,9 @@ constexpr std::size_t kTimes = std::size_t(kTileColumns) * 8;
 constexpr std::size_t kLayer = std::size_t(kTileColumns) * 5;
 constexpr std::size_t kMaxBytes = 64U << 20U;
 
-Error damaged(const char* what) { return {ErrorCode::kBadData, "saved tile", what, ""}; }
+Error damaged(const char* what) {
+  return {ErrorCode::kBadData, "saved tile", what, ""};
+}
 
 }  // namespace
 
@@ -53,8 +55,8 @@ Result<void> read_snapshot(std::span<const std::uint8_t> bytes, OccupancyMap& ma
   if (!unpacked) return unpacked.error();
   const Bytes& raw = *unpacked;
   if (raw.size() < kHeader + kTimes || get_le(raw, 0, 4) != kMagic) return damaged("is none");
-  Tile& tile = map.tile({static_cast<std::int32_t>(get_le(raw, 4, 4)),
-                         static_cast<std::int32_t>(get_le(raw, 8, 4))});
+  Tile& tile = map.tile(
+      {static_cast<std::int32_t>(get_le(raw, 4, 4)), static_cast<std::int32_t>(get_le(raw, 8, 4))});
   const std::uint64_t count = get_le(raw, 12, 4);
   std::size_t at = kHeader;
   for (TimeNs& t : tile.last_observed) {

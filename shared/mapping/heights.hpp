@@ -14,8 +14,8 @@ enum class ColumnState : std::uint8_t {
 
 /// The highest surface of one map column, finer than a voxel.
 struct ColumnHeight {
-  double height_m = 0;     ///< map z; of no meaning while unknown
-  double spread_m = 0;     ///< half the distance of the voxels it was made of
+  double height_m = 0;  ///< map z; of no meaning while unknown
+  double spread_m = 0;  ///< half the distance of the voxels it was made of
   ColumnState state = ColumnState::kUnknown;
   TimeNs last_observed = 0;
 };
@@ -26,6 +26,8 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
                                                     double floor_tolerance_m);
 
 /// What counts as floor: 1.5 voxels, as maps are judged; never less than 2 cm.
-constexpr double floor_tolerance_m(double voxel_m) { return voxel_m > 0.0134 ? 1.5 * voxel_m : 0.02; }
+constexpr double floor_tolerance_m(double voxel_m) {
+  return voxel_m > 0.0134 ? 1.5 * voxel_m : 0.02;
+}
 
 }  // namespace crane

@@ -25,7 +25,9 @@ struct Grid {
   }
 };
 
-double share(std::size_t part, std::size_t whole) { return whole == 0 ? 0 : double(part) / double(whole); }
+double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0 : double(part) / double(whole);
+}
 
 }  // namespace
 
@@ -33,8 +35,12 @@ Judgement judge(const std::vector<OccupiedCube>& occupied, double voxel_m, const
   expects(voxel_m > 0 && truth.cell_m > 0, "sizes are positive");
   const int width = int(std::ceil(truth.columns * truth.cell_m / voxel_m)) + 2;
   const int height = int(std::ceil(truth.rows * truth.cell_m / voxel_m)) + 2;
-  const auto column = [&](double x) { return int(std::floor((x - truth.origin_x_m) / voxel_m + 1e-6)); };
-  const auto row = [&](double y) { return int(std::floor((y - truth.origin_y_m) / voxel_m + 1e-6)); };
+  const auto column = [&](double x) {
+    return int(std::floor((x - truth.origin_x_m) / voxel_m + 1e-6));
+  };
+  const auto row = [&](double y) {
+    return int(std::floor((y - truth.origin_y_m) / voxel_m + 1e-6));
+  };
 
   Grid mapped(width, height, kNothing);
   for (const OccupiedCube& o : occupied)

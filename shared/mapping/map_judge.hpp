@@ -13,7 +13,8 @@ struct OccupiedCube {
   double x_m = 0, y_m = 0, z_m = 0, size_m = 0;  ///< centre and edge
 };
 
-/// Shares are of the columns named; heights in metres. See "Judging a map" in the README of mapping.
+/// Shares are of the columns named; heights in metres. See "Judging a map" in the README of
+/// mapping.
 struct Judgement {
   double voxel_m = 0;
   std::size_t occupied = 0, columns = 0, obstacle_columns = 0;

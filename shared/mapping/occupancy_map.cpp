@@ -89,8 +89,12 @@ PointCloud OccupancyMap::occupied_points() const {
         const int x = tile->key.x * kTileEdge + i % kTileEdge;
         const int y = tile->key.y * kTileEdge + i / kTileEdge % kTileEdge;
         const int z = bz * kTileEdge + i / kTileColumns;
-        Point p{float(centre(x)), float(centre(y)), float(surface_height_m(*block, i, z)),
-                128, 128, 128};
+        Point p{float(centre(x)),
+                float(centre(y)),
+                float(surface_height_m(*block, i, z)),
+                128,
+                128,
+                128};
         if (const auto& layer = block->surface[static_cast<std::size_t>(i / kTileColumns)]) {
           const Surface& s = (*layer)[static_cast<std::size_t>(i % kTileColumns)];
           if (s.weight > 0) p.r = s.r, p.g = s.g, p.b = s.b;

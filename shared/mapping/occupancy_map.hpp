@@ -55,9 +55,9 @@ struct TileKeyHash {
 /// A column of blocks over 32 x 32 map columns.
 struct Tile {
   TileKey key;
-  std::map<int, std::unique_ptr<Block>> blocks;            ///< by block height index
-  std::array<TimeNs, kTileColumns> last_observed{};        ///< 0 = never; index y * 32 + x
-  bool changed = false;                                    ///< since the flag was last cleared
+  std::map<int, std::unique_ptr<Block>> blocks;      ///< by block height index
+  std::array<TimeNs, kTileColumns> last_observed{};  ///< 0 = never; index y * 32 + x
+  bool changed = false;                              ///< since the flag was last cleared
 };
 
 /// Occupancy in XY tiles. What it costs to change depends on what is seen, not on its size.
@@ -112,7 +112,11 @@ class OccupancyMap {
 };
 
 /// Floor division and remainder for voxel to tile indices.
-constexpr int tile_of(int voxel) { return voxel >> 5; }
-constexpr int in_tile(int voxel) { return voxel & 31; }
+constexpr int tile_of(int voxel) {
+  return voxel >> 5;
+}
+constexpr int in_tile(int voxel) {
+  return voxel & 31;
+}
 
 }  // namespace crane

@@ -7,10 +7,10 @@ namespace crane {
 Result<void> PaperMapper::add(const DepthFrame& frame, TimeNs time) {
   const PointCloud points = to_points(frame, settings_.max_depth_m);
   if (cloud_.size() + points.size() > settings_.max_points)
-    return Error{ErrorCode::kResource, "method: paper",
-                 "the accumulated cloud would exceed " + std::to_string(settings_.max_points) +
-                     " points",
-                 "the paper's method keeps every point; use mapper.method: default"};
+    return Error{
+        ErrorCode::kResource, "method: paper",
+        "the accumulated cloud would exceed " + std::to_string(settings_.max_points) + " points",
+        "the paper's method keeps every point; use mapper.method: default"};
   cloud_.insert(cloud_.end(), points.begin(), points.end());
   last_ = time;
   return {};
@@ -22,9 +22,9 @@ Result<PaperReport> PaperMapper::build(OccupancyMap& map) const {
   filtered_ = cloud_;
   for (const bool outliers : {settings_.outliers_first, !settings_.outliers_first}) {
     const Stopwatch watch;
-    auto result = outliers
-                      ? remove_outliers(filtered_, settings_.outlier_neighbours, settings_.outlier_std)
-                      : voxel_grid(filtered_, settings_.leaf_m);
+    auto result =
+        outliers ? remove_outliers(filtered_, settings_.outlier_neighbours, settings_.outlier_std)
+                 : voxel_grid(filtered_, settings_.leaf_m);
     if (!result) return result.error();
     filtered_ = std::move(*result);
     (outliers ? report.outliers_ms : report.grid_ms) = watch.ms();

@@ -8,10 +8,11 @@ namespace crane {
 /// Zhao et al. 2021, section 3.1: accumulate the registered clouds, remove outliers, voxel grid,
 /// octree. Only occupied space is known; the whole is made anew each time.
 struct PaperSettings {
-  int outlier_neighbours = 50;   ///< 50, later 60
-  double outlier_std = 1.0;      ///< 1.0, later 0.8
-  double leaf_m = 0.01;          ///< voxel grid
-  bool outliers_first = false;   ///< the paper names the filters in both orders; grid first is faster
+  int outlier_neighbours = 50;  ///< 50, later 60
+  double outlier_std = 1.0;     ///< 1.0, later 0.8
+  double leaf_m = 0.01;         ///< voxel grid
+  bool outliers_first =
+      false;  ///< the paper names the filters in both orders; grid first is faster
   double max_depth_m = 60;
   std::size_t max_points = 100'000'000;
 };
@@ -22,7 +23,9 @@ struct PaperReport {
 };
 
 /// Voxel edge by eq. 9: d_min = 0.1 D, D the distance from the camera to the obstacles.
-constexpr double paper_voxel_m(double distance_m) { return 0.1 * distance_m; }
+constexpr double paper_voxel_m(double distance_m) {
+  return 0.1 * distance_m;
+}
 
 class PaperMapper {
  public:

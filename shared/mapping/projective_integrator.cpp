@@ -61,10 +61,9 @@ void ProjectiveIntegrator::gather_hits(const DepthFrame& f, const OccupancyMap& 
         ++report.out_of_range;
         continue;
       }
-      HitTable::Hit& hit =
-          hits_.at(static_cast<int>(std::floor(p_map.x() * inverse_voxel)),
-                   static_cast<int>(std::floor(p_map.y() * inverse_voxel)),
-                   static_cast<int>(std::floor(p_map.z() * inverse_voxel)));
+      HitTable::Hit& hit = hits_.at(static_cast<int>(std::floor(p_map.x() * inverse_voxel)),
+                                    static_cast<int>(std::floor(p_map.y() * inverse_voxel)),
+                                    static_cast<int>(std::floor(p_map.z() * inverse_voxel)));
       ++hit.count;
       hit.height_sum_m += static_cast<float>(p_map.z());
       if (f.colour != nullptr) {
@@ -92,8 +91,8 @@ void ProjectiveIntegrator::build_nearest(const DepthFrame& f, int cell_px) {
       float high = 0;
       int matched = 0;
       for (int dy = 0; dy < cell_px; ++dy) {
-        const float* row = f.depth_m + (std::size_t(cy) * cell_px + dy) * f.width +
-                           std::size_t(cx) * cell_px;
+        const float* row =
+            f.depth_m + (std::size_t(cy) * cell_px + dy) * f.width + std::size_t(cx) * cell_px;
         for (int dx = 0; dx < cell_px; ++dx)
           if (row[dx] > 0) low = std::min(low, row[dx]), high = std::max(high, row[dx]), ++matched;
       }
@@ -157,16 +156,17 @@ void ProjectiveIntegrator::carve_block(const DepthFrame& f, Tile& tile, int bloc
   const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
   const double voxel = map.voxel_m();
   const auto corner_of = [&](int x, int y, int z) {
-    return Eigen::Vector3d((tile.key.x * kTileEdge + x) * voxel, (tile.key.y * kTileEdge + y) * voxel,
-                           (block_z * kTileEdge + z) * voxel);
+    return Eigen::Vector3d((tile.key.x * kTileEdge + x) * voxel,
+                           (tile.key.y * kTileEdge + y) * voxel, (block_z * kTileEdge + z) * voxel);
   };
   // Outside the view or behind all that is seen: nothing to do. Corners in front of the camera
   // bound the block's image.
   double z_near = std::numeric_limits<double>::max();
   double u_low = z_near, u_high = -z_near, v_low = z_near, v_high = -z_near;
   for (int c = 0; c < 8; ++c) {
-    const Eigen::Vector3d p = T_rectified_map * corner_of((c & 1) * kTileEdge, (c >> 1 & 1) * kTileEdge,
-                                                          (c >> 2) * kTileEdge);
+    const Eigen::Vector3d p =
+        T_rectified_map *
+        corner_of((c & 1) * kTileEdge, (c >> 1 & 1) * kTileEdge, (c >> 2) * kTileEdge);
     z_near = std::min(z_near, p.z());
     const double z = std::max(p.z(), 0.05);
     u_low = std::min(u_low, p.x() / z), u_high = std::max(u_high, p.x() / z);
@@ -231,8 +231,8 @@ void ProjectiveIntegrator::apply_hits(TimeNs time, OccupancyMap& map, Integratio
     // A voxel with few points right beside one with many, above or below, holds the noise of the
     // surface in the other one. A surface on the border of two has about half of them in each, a
     // wall the same number in all.
-    const std::uint32_t beside = std::max(hits_.count(hit.x, hit.y, hit.z - 1),
-                                          hits_.count(hit.x, hit.y, hit.z + 1));
+    const std::uint32_t beside =
+        std::max(hits_.count(hit.x, hit.y, hit.z - 1), hits_.count(hit.x, hit.y, hit.z + 1));
     if (hit.count < min_points_ || kNoiseRatio * hit.count < beside) {
       ++report.weak;
       return;

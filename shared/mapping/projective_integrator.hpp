@@ -14,11 +14,11 @@ struct IntegratorSettings {
 };
 
 struct IntegrationReport {
-  std::uint64_t points = 0;         ///< depth samples used
-  std::uint64_t occupied = 0;       ///< voxels observed occupied
-  std::uint64_t weak = 0;           ///< voxels with too few points to be believed
-  std::uint64_t freed = 0;          ///< voxels observed free
-  std::uint64_t out_of_range = 0;   ///< points below z_min or above z_max
+  std::uint64_t points = 0;        ///< depth samples used
+  std::uint64_t occupied = 0;      ///< voxels observed occupied
+  std::uint64_t weak = 0;          ///< voxels with too few points to be believed
+  std::uint64_t freed = 0;         ///< voxels observed free
+  std::uint64_t out_of_range = 0;  ///< points below z_min or above z_max
 };
 
 /// One organised cloud into the map: occupied where points lie, free where measured rays pass,

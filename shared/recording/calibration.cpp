@@ -48,8 +48,16 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
   if (!size.empty() && (size[0] < 16 || size[0] > 65'535 || size[1] < 16 || size[1] > 65'535))
     y.problem("resolution", "is not a size in pixels");
   if (auto done = y.finish(); !done) return done.error();
-  camera = {static_cast<std::uint32_t>(size[0]), static_cast<std::uint32_t>(size[1]),
-            k[0], k[1], k[2], k[3], d[0], d[1], d[2], d[3]};
+  camera = {static_cast<std::uint32_t>(size[0]),
+            static_cast<std::uint32_t>(size[1]),
+            k[0],
+            k[1],
+            k[2],
+            k[3],
+            d[0],
+            d[1],
+            d[2],
+            d[3]};
   return {};
 }
 
@@ -68,7 +76,8 @@ Result<void> write_text(const std::string& path, const std::string& text) {
   file << text;
   file.close();
   if (!file)
-    return Error{ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+    return Error{ErrorCode::kResource, path, "cannot be written",
+                 "check permissions and free space"};
   return {};
 }
 
@@ -101,9 +110,10 @@ Result<void> write_rig(const StereoRig& rig, const std::string& folder, double r
     std::ostringstream s;
     s.precision(17);
     s << "# camera axes: x right, y down in the image, z along the view; body = the axes of cam0\n"
-      << "sensor_type: camera\ncomment: " << (i == 0 ? "left" : "right") << "\nT_BS:"
-      << transform_text(i == 0 ? rig.T_body_left : rig.T_body_right) << "rate_hz: " << rate_hz
-      << "\nresolution: [" << c.width << ", " << c.height << "]\ncamera_model: pinhole\n"
+      << "sensor_type: camera\ncomment: " << (i == 0 ? "left" : "right")
+      << "\nT_BS:" << transform_text(i == 0 ? rig.T_body_left : rig.T_body_right)
+      << "rate_hz: " << rate_hz << "\nresolution: [" << c.width << ", " << c.height
+      << "]\ncamera_model: pinhole\n"
       << "intrinsics: [" << c.fx_px << ", " << c.fy_px << ", " << c.cx_px << ", " << c.cy_px
       << "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: ["
       << c.k1 << ", " << c.k2 << ", " << c.p1 << ", " << c.p2 << "]\n";

@@ -25,8 +25,9 @@ Result<std::vector<std::pair<TimeNs, std::string>>> parse_time_csv(const std::st
       return Error{ErrorCode::kBadData, at(), "is not '<time in ns>,<value>'",
                    "write integer nanoseconds since 1970, a comma, the value"};
     if (!rows.empty() && time <= rows.back().first)
-      return Error{ErrorCode::kBadData, at(), "time does not increase (" + std::to_string(time) +
-                                                  " after " + std::to_string(rows.back().first) + ")",
+      return Error{ErrorCode::kBadData, at(),
+                   "time does not increase (" + std::to_string(time) + " after " +
+                       std::to_string(rows.back().first) + ")",
                    "sort the file and remove double lines"};
     rows.emplace_back(time, line.substr(static_cast<std::size_t>(end + 1 - line.data())));
   }

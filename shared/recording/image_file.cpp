@@ -108,12 +108,14 @@ Result<void> write_image(const std::string& path, const Image& image) {
                     const_cast<std::uint8_t*>(image.bytes.data()));
   bool written = false;
   try {
-    written = cv::imwrite(path, mat, {cv::IMWRITE_JPEG_QUALITY, 95, cv::IMWRITE_PNG_COMPRESSION, 1});
+    written =
+        cv::imwrite(path, mat, {cv::IMWRITE_JPEG_QUALITY, 95, cv::IMWRITE_PNG_COMPRESSION, 1});
   } catch (const cv::Exception&) {
     written = false;
   }
   if (!written)
-    return Error{ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+    return Error{ErrorCode::kResource, path, "cannot be written",
+                 "check permissions and free space"};
   return {};
 }
 

@@ -54,7 +54,8 @@ Result<std::vector<RecordedFrame>> read_frames(const std::string& folder) {
       if (name.empty() || name.find('/') != std::string::npos || name == "..")
         return Error{ErrorCode::kBadData, folder, "'" + name + "' in data.csv is no file name",
                      "name files in the folder data beside data.csv"};
-    frames.push_back({time, folder + "/cam0/data/" + left_name, folder + "/cam1/data/" + right_name});
+    frames.push_back(
+        {time, folder + "/cam0/data/" + left_name, folder + "/cam1/data/" + right_name});
   }
   return frames;
 }

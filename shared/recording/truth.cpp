@@ -59,10 +59,11 @@ Result<void> write_height_map(const std::string& png_path, const HeightMap& map)
     written = false;
   }
   std::ofstream geometry(geometry_file(png_path));
-  geometry << "# 16-bit PNG, millimetres above the floor, 65535 = never seen; row 0 is the lowest y, "
-              "column 0 the lowest x\ncell_m: "
-           << map.cell_m << "\norigin_m: [" << map.origin_x_m << ", " << map.origin_y_m
-           << "]\nsize: [" << map.columns << ", " << map.rows << "] # columns (x), rows (y)\n";
+  geometry
+      << "# 16-bit PNG, millimetres above the floor, 65535 = never seen; row 0 is the lowest y, "
+         "column 0 the lowest x\ncell_m: "
+      << map.cell_m << "\norigin_m: [" << map.origin_x_m << ", " << map.origin_y_m << "]\nsize: ["
+      << map.columns << ", " << map.rows << "] # columns (x), rows (y)\n";
   geometry.close();
   if (!written || !geometry) return disk_error(png_path);
   return {};

@@ -31,7 +31,7 @@ struct TrueObstacle {
   double seat_height_m = 0;  ///< of chairs: the surface that is measured; 0 = height_m
   double radius_m = 0;       ///< round footprints
   double size_x_m = 0, size_y_m = 0, yaw_rad = 0;  ///< rectangular ones
-  double length_m = 0;       ///< lying pipes
+  double length_m = 0;                             ///< lying pipes
 
   /// Radius of a circle that surely lies inside the footprint.
   [[nodiscard]] double inner_radius_m() const {

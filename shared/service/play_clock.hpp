@@ -40,7 +40,8 @@ class MapProgress {
  public:
   static Result<MapProgress> create(const std::shared_ptr<dds::Participant>& participant,
                                     Wakeup* wakeup, std::uint64_t stream);
-  /// Takes what arrived. Returns the last frame accounted for; -1 = none; nothing = no mapper heard.
+  /// Takes what arrived. Returns the last frame accounted for; -1 = none; nothing = no mapper
+  /// heard.
   std::optional<std::int64_t> poll();
 
  private:

@@ -29,9 +29,13 @@ void handle_signals() {
   signal(SIGPIPE, SIG_IGN);
 }
 
-bool stop_requested() { return stop_flag(); }
+bool stop_requested() {
+  return stop_flag();
+}
 
-bool ServiceContext::stopping() const { return stop_requested(); }
+bool ServiceContext::stopping() const {
+  return stop_requested();
+}
 
 dds::Settings to_settings(const SiteConfig& config) {
   dds::Settings s;

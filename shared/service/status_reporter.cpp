@@ -29,8 +29,11 @@ std::uint64_t resident_bytes() {
 
 StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer, std::uint32_t crane,
                                std::uint32_t service)
-    : writer_(std::move(writer)), crane_(crane), service_(service),
-      start_ns_(SystemClock().now()), last_(std::chrono::steady_clock::now()) {}
+    : writer_(std::move(writer)),
+      crane_(crane),
+      service_(service),
+      start_ns_(SystemClock().now()),
+      last_(std::chrono::steady_clock::now()) {}
 
 Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Participant>& participant,
                                               std::uint32_t service) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -7,6 +8,16 @@
 #include "dds/endpoints.hpp"
 
 namespace crane {
+
+/// Two stages of a sample that was just taken: `name`, from write() until Fast DDS told its reader,
+/// and "taken after", from then until the service's thread had it (its queue included).
+template <class Type>
+void add_delivery_times(StageTimes& stages, const std::string& name,
+                        const dds::Received<Type>& sample, const dds::ReaderCounts& counts) {
+  const TimeNs told = std::max(counts.told_ns, sample.source_time_ns());
+  stages.add(name, double(told - sample.source_time_ns()) * 1e-6);
+  stages.add("taken after", double(SystemClock().now() - told) * 1e-6);
+}
 
 /// What one service tells the world once a second: counts, causes of drops, stage times.
 /// One thread.

@@ -72,7 +72,8 @@ Mesh mesh_of(const SceneObstacle& o) {
     add_box(mesh, T, {-x, -y, s.seat_height_m - kSeat}, {x, y, s.seat_height_m});
     for (double side_x : {-x, x - kLeg})
       for (double side_y : {-y, y - kLeg})
-        add_box(mesh, T, {side_x, side_y, 0}, {side_x + kLeg, side_y + kLeg, s.seat_height_m - kSeat});
+        add_box(mesh, T, {side_x, side_y, 0},
+                {side_x + kLeg, side_y + kLeg, s.seat_height_m - kSeat});
     add_box(mesh, T, {-x, y - kLeg, s.seat_height_m}, {x, y, s.height_m});
   }
   return mesh;

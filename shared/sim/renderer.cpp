@@ -24,7 +24,9 @@ std::uint64_t mix(std::uint64_t h) {
 }
 
 /// 0..1, the same for the same number everywhere.
-float uniform(std::uint64_t h) { return float(mix(h) >> 40U) * (1.0F / 16'777'216.0F); }
+float uniform(std::uint64_t h) {
+  return float(mix(h) >> 40U) * (1.0F / 16'777'216.0F);
+}
 
 /// Box-Muller; one value is enough.
 float gaussian(std::uint64_t h) {
@@ -79,8 +81,12 @@ std::vector<Vector3f> camera_rays(const CameraModel& c, int samples) {
   for (std::uint32_t v = 0; v < c.height; ++v)
     for (std::uint32_t u = 0; u < c.width; ++u)
       for (int s = 0; s < samples; ++s) {
-        const double du = samples == 1 ? 0 : samples == 2 ? (s == 0 ? -0.25 : 0.25) : (s % side + 0.5) / side - 0.5;
-        const double dv = samples == 1 ? 0 : samples == 2 ? (s == 0 ? -0.25 : 0.25) : (s / side % side + 0.5) / side - 0.5;
+        const double du = samples == 1   ? 0
+                          : samples == 2 ? (s == 0 ? -0.25 : 0.25)
+                                         : (s % side + 0.5) / side - 0.5;
+        const double dv = samples == 1   ? 0
+                          : samples == 2 ? (s == 0 ? -0.25 : 0.25)
+                                         : (s / side % side + 0.5) / side - 0.5;
         const double xd = (u + du - c.cx_px) / c.fx_px;
         const double yd = (v + dv - c.cy_px) / c.fy_px;
         double x = xd;
@@ -121,9 +127,8 @@ struct Renderer::Impl {
 
   void add(const Mesh& mesh, const Material& material) {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(
-        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                mesh.vertices.size()));
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
     for (const auto& v : mesh.vertices) vertices = std::copy(v.begin(), v.end(), vertices);
     auto* indices = static_cast<unsigned*>(
         rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
@@ -191,15 +196,15 @@ struct Renderer::Impl {
     const std::uint64_t random =
         mix((std::uint64_t(std::uint32_t(int(std::floor(p.x() * kGrain)))) << 32U) ^
             (std::uint64_t(std::uint32_t(int(std::floor(p.y() * kGrain)))) << 13U) ^
-            std::uint32_t(int(std::floor(p.z() * kGrain)))) + scene.seed;
+            std::uint32_t(int(std::floor(p.z() * kGrain)))) +
+        scene.seed;
     for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
       const Lamp& lamp = scene.lamps[i];
       const Vector3f centre = lamp.centre.cast<float>();
       const float half_x = 0.5F * float(lamp.size_x_m);
       const float half_y = 0.5F * float(lamp.size_y_m);
-      const Vector3f sample =
-          centre + Vector3f((2 * uniform(random + 2 * i) - 1) * half_x,
-                            (2 * uniform(random + 2 * i + 1) - 1) * half_y, 0);
+      const Vector3f sample = centre + Vector3f((2 * uniform(random + 2 * i) - 1) * half_x,
+                                                (2 * uniform(random + 2 * i + 1) - 1) * half_y, 0);
       const Vector3f towards = sample - from;
       const float distance2 = towards.squaredNorm();
       const Vector3f l = towards / std::sqrt(distance2);
@@ -215,8 +220,8 @@ struct Renderer::Impl {
       nearest.x() = std::clamp(nearest.x(), centre.x() - half_x, centre.x() + half_x);
       nearest.y() = std::clamp(nearest.y(), centre.y() - half_y, centre.y() + half_y);
       const float align = std::max(0.0F, mirrored.dot((nearest - from).normalized()));
-      light += Vector3f::Ones() * (float(m.gloss) * arriving * 4 *
-                                   std::pow(align, float(m.shininess)));
+      light +=
+          Vector3f::Ones() * (float(m.gloss) * arriving * 4 * std::pow(align, float(m.shininess)));
     }
     return light;
   }
@@ -269,13 +274,12 @@ Image Renderer::render(bool left, double cart_m, double trolley_m, std::uint64_t
         const std::size_t index = pixel * std::size_t(samples) + std::size_t(s);
         const Vector3f direction = (T.linear() * rays[index]).normalized();
         const Impl::Hit hit = m.trace(eye, direction);
-        if (hit.distance < kFar)
-          light += m.shade(eye + direction * hit.distance, -direction, hit);
+        if (hit.distance < kFar) light += m.shade(eye + direction * hit.distance, -direction, hit);
       }
       light *= float(m.scene.camera.exposure) / float(samples);
       const auto level = [&](float linear, std::uint64_t channel) {
-        const float grey = 255 * to_srgb(linear) + float(m.scene.camera.noise_grey) *
-                                                       gaussian(seed + pixel * 4 + channel);
+        const float grey = 255 * to_srgb(linear) +
+                           float(m.scene.camera.noise_grey) * gaussian(seed + pixel * 4 + channel);
         return static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L));
       };
       std::uint8_t* out = image.bytes.data() + pixel * image.channels;

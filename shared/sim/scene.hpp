@@ -36,16 +36,16 @@ struct SceneObstacle {
 
 struct SceneCamera {
   StereoRig rig;
-  double exposure = 1;        ///< factor on all light
-  double noise_grey = 1.5;    ///< standard deviation of the sensor, grey levels
+  double exposure = 1;      ///< factor on all light
+  double noise_grey = 1.5;  ///< standard deviation of the sensor, grey levels
   bool colour = true;
-  int samples = 2;            ///< rays a pixel
+  int samples = 2;  ///< rays a pixel
 };
 
 struct SceneRangefinder {
   double sigma_m = 0.001;  ///< +-3 mm is three of them
   double rate_hz = 20;
-  double delay_ms = 0;     ///< a reading is stamped this much later than it was true
+  double delay_ms = 0;  ///< a reading is stamped this much later than it was true
 };
 
 /// Where cart and trolley are, and when images are taken.

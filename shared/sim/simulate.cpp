@@ -18,12 +18,12 @@ constexpr TimeNs kStart = 1'700'000'000'000'000'000;
 class Path {
  public:
   explicit Path(const SceneMotion& motion) : motion_(motion) {
-    for (std::size_t i = 0; i < motion.points.size(); ++i)
-      round_m_ += leg(i);
+    for (std::size_t i = 0; i < motion.points.size(); ++i) round_m_ += leg(i);
   }
   [[nodiscard]] Eigen::Vector2d at(double seconds) const {
     if (!motion_.continuous) {
-      const auto i = static_cast<std::size_t>(std::max(0.0, std::round(seconds / motion_.interval_s)));
+      const auto i =
+          static_cast<std::size_t>(std::max(0.0, std::round(seconds / motion_.interval_s)));
       return motion_.points[std::min(i, motion_.points.size() - 1)];
     }
     double left = std::fmod(std::max(0.0, seconds) * motion_.speed_mps, round_m_);
@@ -47,7 +47,9 @@ class Path {
   double round_m_ = 0;
 };
 
-TimeNs to_time(double seconds) { return kStart + std::llround(seconds * 1e9); }
+TimeNs to_time(double seconds) {
+  return kStart + std::llround(seconds * 1e9);
+}
 
 Result<void> write_depth(const std::string& folder, TimeNs time, const Renderer& renderer,
                          const StereoRig& rig, const Eigen::Vector2d& at) {
@@ -56,7 +58,8 @@ Result<void> write_depth(const std::string& folder, TimeNs time, const Renderer&
   image.columns = rig.left.width;
   image.rows = rig.left.height;
   for (float m : renderer.depth(at.x(), at.y()))
-    image.height_mm.push_back(static_cast<std::uint16_t>(std::clamp(m * 1000 + 0.5F, 0.0F, 65'535.0F)));
+    image.height_mm.push_back(
+        static_cast<std::uint16_t>(std::clamp(m * 1000 + 0.5F, 0.0F, 65'535.0F)));
   const std::string path = folder + "/truth/depth0/" + std::to_string(time) + ".png";
   auto written = write_height_map(path, image);
   std::error_code ignored;
@@ -75,7 +78,8 @@ Result<void> write_truth(const std::string& folder, const Scene& scene, const Re
   map.cell_m = cell;
   map.origin_x_m = std::floor((box.min().x() - reach) / cell) * cell;
   map.origin_y_m = std::floor((box.min().y() - reach) / cell) * cell;
-  map.columns = static_cast<std::uint32_t>(std::ceil((box.max().x() + reach - map.origin_x_m) / cell));
+  map.columns =
+      static_cast<std::uint32_t>(std::ceil((box.max().x() + reach - map.origin_x_m) / cell));
   map.rows = static_cast<std::uint32_t>(std::ceil((box.max().y() + reach - map.origin_y_m) / cell));
   map.height_mm.assign(std::size_t(map.columns) * map.rows, HeightMap::kNeverSeen);
   const auto work = [&](std::uint32_t first) {
@@ -109,9 +113,9 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   const Path path(scene.motion);
   const SceneMotion& motion = scene.motion;
   const double interval = motion.continuous ? 1 / motion.rate_hz : motion.interval_s;
-  std::size_t frames = motion.continuous
-                           ? static_cast<std::size_t>(std::llround(motion.duration_s * motion.rate_hz))
-                           : motion.points.size();
+  std::size_t frames =
+      motion.continuous ? static_cast<std::size_t>(std::llround(motion.duration_s * motion.rate_hz))
+                        : motion.points.size();
   if (options.max_frames > 0) frames = std::min(frames, options.max_frames);
   RangefinderModel model;
   model.accuracy_m = 3 * scene.rangefinder.sigma_m;
@@ -147,7 +151,8 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
     const Image right = renderer.render(false, at.x(), at.y(), n);
     if (auto r = writer->add_frame(to_time(seconds), left, right, options.format); !r) return r;
     if (!motion.continuous) {
-      if (auto r = write_depth(options.folder, to_time(seconds), renderer, scene.camera.rig, at); !r)
+      if (auto r = write_depth(options.folder, to_time(seconds), renderer, scene.camera.rig, at);
+          !r)
         return r;
     }
     if (!motion.continuous || n % 10 == 0) seen_from.push_back(at);

@@ -12,8 +12,8 @@
 namespace crane {
 namespace {
 
-constexpr int kFraction = 16;              ///< OpenCV disparities have 4 fractional bits
-constexpr std::uint8_t kMinSupport = 80;   ///< a third of the neighbours
+constexpr int kFraction = 16;             ///< OpenCV disparities have 4 fractional bits
+constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
 
 cv::Mat intrinsics(const CameraModel& c) {
   return (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
@@ -62,9 +62,15 @@ StereoStage::StereoStage(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 StereoStage::~StereoStage() = default;
 StereoStage::StereoStage(StereoStage&&) noexcept = default;
 
-const RectifiedCamera& StereoStage::camera() const { return impl_->camera; }
-int StereoStage::first_disparity_px() const { return impl_->first; }
-int StereoStage::disparities_px() const { return impl_->count; }
+const RectifiedCamera& StereoStage::camera() const {
+  return impl_->camera;
+}
+int StereoStage::first_disparity_px() const {
+  return impl_->first;
+}
+int StereoStage::disparities_px() const {
+  return impl_->count;
+}
 
 Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettings& settings) {
   if (auto usable = check_rig(rig, "calibration"); !usable) return usable.error();
@@ -101,8 +107,9 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) camera.R_camera_rectified(r, c) = R_left.at<double>(c, r);
   if (!std::isfinite(camera.f_px) || camera.f_px < 1 || camera.baseline_m <= 0)
-    return Error{ErrorCode::kConfiguration, "calibration", "does not rectify (focal length " +
-                     std::to_string(camera.f_px) + " px)", "calibrate again"};
+    return Error{ErrorCode::kConfiguration, "calibration",
+                 "does not rectify (focal length " + std::to_string(camera.f_px) + " px)",
+                 "calibrate again"};
 
   const double fb = camera.f_px * camera.baseline_m;
   if (settings.paper) {
@@ -115,7 +122,8 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     if (!(nearest < farthest))
       return Error{ErrorCode::kConfiguration, "stereo.nearest_m",
                    std::to_string(nearest) + " m is not nearer than farthest_m " +
-                       std::to_string(farthest) + " m", "correct one of them"};
+                       std::to_string(farthest) + " m",
+                   "correct one of them"};
     impl->first = static_cast<int>(std::floor(fb / farthest));
     const int last = static_cast<int>(std::ceil(fb / nearest));
     impl->count = std::max(16, (last - impl->first + 16) & -16);
@@ -124,7 +132,8 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     return Error{ErrorCode::kConfiguration, "stereo",
                  "a search up to " + std::to_string(impl->first + impl->count) +
                      " px is impossible in an image " + std::to_string(impl->size.width) +
-                     " px wide", "raise stereo.nearest_m"};
+                     " px wide",
+                 "raise stereo.nearest_m"};
   impl->matcher = make_matcher(settings, impl->first, impl->count);
   return StereoStage(std::move(impl));
 }

@@ -25,7 +25,9 @@ struct StereoSettings {
 };
 
 /// Number of disparities of the paper for an image width [px] (eq. 10).
-constexpr int paper_disparities(int width_px) { return (width_px / 8 + 15) & -16; }
+constexpr int paper_disparities(int width_px) {
+  return (width_px / 8 + 15) & -16;
+}
 
 /// One exposure, unrectified: rows from the top without padding; channels 1 (mono) or 3 (BGR).
 struct StereoImages {
@@ -36,9 +38,9 @@ struct StereoImages {
 
 /// Where the organised cloud goes; each of width * height of the rectified camera.
 struct CloudImages {
-  std::span<float> depth_m;             ///< 0 = no match
-  std::span<std::uint8_t> confidence;   ///< 0..255
-  std::span<std::uint8_t> colour;       ///< BGR, 3 per pixel; may be empty
+  std::span<float> depth_m;            ///< 0 = no match
+  std::span<std::uint8_t> confidence;  ///< 0..255
+  std::span<std::uint8_t> colour;      ///< BGR, 3 per pixel; may be empty
 };
 
 struct StereoReport {

@@ -33,8 +33,17 @@ struct Frame {
     (void)stage.rectify({left.bytes.data(), right.bytes.data(), 1280, 720, 3});
     (void)stage.match({depth, confidence, colour});
     const RectifiedCamera& c = stage.camera();
-    cloud = {1280, 720, c.f_px, c.cx_px, c.cy_px, c.baseline_m, 0.15, depth.data(),
-             confidence.data(), colour.data(), recording.rig().T_map_camera_at_zero};
+    cloud = {1280,
+             720,
+             c.f_px,
+             c.cx_px,
+             c.cy_px,
+             c.baseline_m,
+             0.15,
+             depth.data(),
+             confidence.data(),
+             colour.data(),
+             recording.rig().T_map_camera_at_zero};
   }
 };
 
@@ -45,7 +54,8 @@ Frame& frame() {
 
 void Rectify(benchmark::State& state) {
   Frame& f = frame();
-  for (auto _ : state) (void)f.stage.rectify({f.left.bytes.data(), f.right.bytes.data(), 1280, 720, 3});
+  for (auto _ : state)
+    (void)f.stage.rectify({f.left.bytes.data(), f.right.bytes.data(), 1280, 720, 3});
 }
 BENCHMARK(Rectify)->Unit(benchmark::kMillisecond)->UseRealTime();
 

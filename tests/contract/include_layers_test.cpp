@@ -23,10 +23,10 @@ struct Layer {
 
 /// Third-party headers by how their include lines begin.
 const std::map<std::string, std::string> kLibraries = {
-    {"opencv", "opencv2/"},  {"pcl", "pcl/"},        {"octomap", "octomap/"},
-    {"yaml", "yaml-cpp/"},   {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
-    {"embree", "embree3/"},  {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
-    {"cli", "CLI/"},         {"json", "nlohmann/"},
+    {"opencv", "opencv2/"}, {"pcl", "pcl/"},         {"octomap", "octomap/"},
+    {"yaml", "yaml-cpp/"},  {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
+    {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
+    {"cli", "CLI/"},        {"json", "nlohmann/"},
 };
 
 const std::map<std::string, Layer> kLayers = {
@@ -43,8 +43,10 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/service", {{"base", "config", "dds"}, {"cli"}}},
     {"shared/client", {{"base", "dds", "map_codec"}, {}}},
     // A service may use any of shared/, never another service.
-    {"services", {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping",
-                   "map_codec", "dds", "service", "client"}, {"cli", "json", "opencv"}}},
+    {"services",
+     {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping", "map_codec",
+       "dds", "service", "client"},
+      {"cli", "json", "opencv"}}},
 };
 
 struct Include {
@@ -81,11 +83,13 @@ TEST(IncludeLayers, NothingIncludesALayerAboveItOrALibraryThatIsNotItsOwn) {
       ++seen;
       for (const auto& [library, start] : kLibraries)
         if (include.target.starts_with(start))
-          EXPECT_TRUE(layer.libraries.contains(library)) << include.file << " includes " << include.target;
+          EXPECT_TRUE(layer.libraries.contains(library))
+              << include.file << " includes " << include.target;
       const std::string first = include.target.substr(0, include.target.find('/'));
       const bool ours = include.quoted && kLayers.contains("shared/" + first);
       if (ours && folder != "shared/" + first)
-        EXPECT_TRUE(layer.folders.contains(first)) << include.file << " includes " << include.target;
+        EXPECT_TRUE(layer.folders.contains(first))
+            << include.file << " includes " << include.target;
     }
   EXPECT_GT(seen, 300U);
 }
@@ -96,7 +100,8 @@ TEST(IncludeLayers, NoServiceIncludesAnother) {
     for (const Include& include : includes_below(service.path())) {
       const std::string first = include.target.substr(0, include.target.find('/'));
       if (include.quoted && include.target.find('/') != std::string::npos &&
-          fs::is_directory(kSource / "services" / first) && !fs::is_directory(kSource / "shared" / first))
+          fs::is_directory(kSource / "services" / first) &&
+          !fs::is_directory(kSource / "shared" / first))
         EXPECT_EQ(first, service.path().filename()) << include.file;
     }
   }
@@ -107,10 +112,12 @@ TEST(IncludeLayers, ThirdPartyHeadersStayOutOfPublicHeaders) {
   const Names allowed = {"participant_impl.hpp", "guarded_type.hpp"};
   for (const auto& [folder, layer] : kLayers)
     for (const Include& include : includes_below(kSource / folder)) {
-      if (!include.file.ends_with(".hpp") || allowed.contains(fs::path(include.file).filename())) continue;
+      if (!include.file.ends_with(".hpp") || allowed.contains(fs::path(include.file).filename()))
+        continue;
       for (const auto& [library, start] : kLibraries)
         if (library != "eigen")
-          EXPECT_FALSE(include.target.starts_with(start)) << include.file << " includes " << include.target;
+          EXPECT_FALSE(include.target.starts_with(start))
+              << include.file << " includes " << include.target;
     }
 }
 

@@ -91,7 +91,8 @@ void check_row(std::size_t& seen) {
   PubSubType type;
   EXPECT_EQ(type.m_isGetKeyDefined, !keys.empty()) << Topic::kName;
   if (Topic::kQos.zero_copy)
-    EXPECT_TRUE(type.is_plain() && keys.empty()) << Topic::kName << ": zero-copy needs a plain type";
+    EXPECT_TRUE(type.is_plain() && keys.empty())
+        << Topic::kName << ": zero-copy needs a plain type";
 }
 
 TEST(TopicTable, ReadmeIdlAndCodeAgree) {
@@ -130,7 +131,8 @@ TEST(Idl, EveryTopicTypeCarriesCraneAndSequenceOrRevision) {
     const std::string idl = read(entry.path());
     if (idl.find("struct") == std::string::npos) continue;
     EXPECT_NE(idl.find("uint32 crane;"), std::string::npos) << entry.path();
-    EXPECT_TRUE(idl.find("sequence_number;") != std::string::npos || idl.find("revision;") != std::string::npos)
+    EXPECT_TRUE(idl.find("sequence_number;") != std::string::npos ||
+                idl.find("revision;") != std::string::npos)
         << entry.path();
     EXPECT_NE(idl.find("time_ns;"), std::string::npos) << entry.path();
   }

@@ -38,7 +38,9 @@ Input mutate(const std::vector<Input>& corpus, std::mt19937_64& random) {
         break;
       default: {
         const Input& other = corpus[random() % corpus.size()];
-        if (!other.empty()) in.insert(in.begin() + std::ptrdiff_t(at), other.begin(), other.begin() + std::ptrdiff_t(random() % other.size()));
+        if (!other.empty())
+          in.insert(in.begin() + std::ptrdiff_t(at), other.begin(),
+                    other.begin() + std::ptrdiff_t(random() % other.size()));
       }
     }
   }

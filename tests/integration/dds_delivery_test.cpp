@@ -25,7 +25,8 @@ struct Pair {
     receiver = *Participant::create(test::settings(transport), "receiver");
     writer.emplace(*Writer<Topic>::create(sender));
     reader.emplace(*Reader<Topic>::create(receiver, &wakeup));
-    EXPECT_TRUE(eventually([&] { return writer->matched() == 1 && reader->counts().matched == 1; }));
+    EXPECT_TRUE(
+        eventually([&] { return writer->matched() == 1 && reader->counts().matched == 1; }));
   }
   std::unique_ptr<Received<typename Topic::Type>> next() {
     std::unique_ptr<Received<typename Topic::Type>> sample;
@@ -63,7 +64,8 @@ TEST_P(FrameDelivery, LoanedFramesArriveWholeAndInOrder) {
   EXPECT_EQ(pair.reader->counts().lost, 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Transports, FrameDelivery, ::testing::Values(Transport::kAuto, Transport::kUdp));
+INSTANTIATE_TEST_SUITE_P(Transports, FrameDelivery,
+                         ::testing::Values(Transport::kAuto, Transport::kUdp));
 
 TEST(FrameDelivery, AWriterWithZeroCopyReachesAReaderThatIsOnUdpOnly) {
   auto sender = *Participant::create(test::settings(), "sender");

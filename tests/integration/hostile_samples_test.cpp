@@ -10,9 +10,9 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <random>
 
-#include "domain.hpp"
 #include "dds/participant_impl.hpp"
 #include "dds/validate.hpp"
+#include "domain.hpp"
 #include "height_tilePubSubTypes.h"
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
@@ -45,7 +45,9 @@ class RawType final : public fdds::TopicDataType {
     payload->length = static_cast<std::uint32_t>(bytes.size());
     return true;
   }
-  bool deserialize(rtps::SerializedPayload_t* /*payload*/, void* /*data*/) override { return false; }
+  bool deserialize(rtps::SerializedPayload_t* /*payload*/, void* /*data*/) override {
+    return false;
+  }
   std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
     return [data] { return static_cast<std::uint32_t>(static_cast<Payload*>(data)->size()); };
   }
@@ -95,9 +97,11 @@ void attack(const typename Topic::Type& good_sample, int rounds) {
   auto reader = *Reader<Topic>::create(victim, &wakeup);
   auto attacker = *Participant::create(test::settings(), "attacker");
   auto& impl = attacker->impl();
-  fdds::TypeSupport type(new RawType(PubSubType().getName(), 16U << 20U, PubSubType().m_isGetKeyDefined));
+  fdds::TypeSupport type(
+      new RawType(PubSubType().getName(), 16U << 20U, PubSubType().m_isGetKeyDefined));
   type.register_type(impl.participant);
-  auto* topic = impl.participant->create_topic(Topic::kName, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
+  auto* topic =
+      impl.participant->create_topic(Topic::kName, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   ASSERT_NE(topic, nullptr);
   fdds::DataWriterQos qos;
   qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;

@@ -16,9 +16,11 @@ namespace fs = std::filesystem;
 
 class BadInput : public ::testing::Test {
  protected:
-  Finished run_rig(const std::string& recording, const std::vector<std::string>& more = {}, const std::string& out = "") {
-    std::vector<std::string> command = {"run", recording, "--out", out.empty() ? folder_ / "out" : out, "--voxel", "0.05",
-                                        "--domain", next_domain()};
+  Finished run_rig(const std::string& recording, const std::vector<std::string>& more = {},
+                   const std::string& out = "") {
+    std::vector<std::string> command = {
+        "run",     recording, "--out",    out.empty() ? folder_ / "out" : out,
+        "--voxel", "0.05",    "--domain", next_domain()};
     command.insert(command.end(), more.begin(), more.end());
     return test::run(command, folder_.path());
   }
@@ -33,7 +35,9 @@ class BadInput : public ::testing::Test {
   TempFolder folder_;
 };
 
-TEST_F(BadInput, MissingRecording) { expect(run_rig("/nowhere"), 2, "/nowhere: no such folder"); }
+TEST_F(BadInput, MissingRecording) {
+  expect(run_rig("/nowhere"), 2, "/nowhere: no such folder");
+}
 
 TEST_F(BadInput, MissingCalibration) {
   const std::string rig = copy_rig();
@@ -43,11 +47,14 @@ TEST_F(BadInput, MissingCalibration) {
 
 TEST_F(BadInput, UnknownConfigurationKey) {
   std::ofstream(folder_ / "site.yaml") << "mapper:\n  voxels: 3\n";
-  expect(run_rig(rig_recording(), {"--config", folder_ / "site.yaml"}), 2, "site.yaml:2: unknown key 'mapper.voxels'");
+  expect(run_rig(rig_recording(), {"--config", folder_ / "site.yaml"}), 2,
+         "site.yaml:2: unknown key 'mapper.voxels'");
 }
 
 TEST_F(BadInput, UnknownOption) {
-  expect(test::run({"run", rig_recording(), "--out", folder_ / "out", "--vocsel", "x"}, folder_.path()), 2, "--vocsel");
+  expect(test::run({"run", rig_recording(), "--out", folder_ / "out", "--vocsel", "x"},
+                   folder_.path()),
+         2, "--vocsel");
 }
 
 TEST_F(BadInput, TruncatedImageIsNamedCountedAndTheRestIsMapped) {
@@ -99,18 +106,24 @@ TEST_F(BadInput, ASecondMapperForTheSameCraneRefuses) {
   const std::string domain = next_domain();
   std::ofstream(folder_ / "site.yaml") << "dds: {domain: " << domain << "}\n";
   const std::string site = folder_ / "site.yaml";
-  Process first({"cranemap-mapper", "--config", site, "--calibration", rig_recording()}, folder_ / "first.log");
-  for (int i = 0; i < 500 && first.output().find("serving crane") == std::string::npos; ++i) usleep(20'000);
-  Process second({"cranemap-mapper", "--config", site, "--calibration", rig_recording()}, folder_ / "second.log");
+  Process first({"cranemap-mapper", "--config", site, "--calibration", rig_recording()},
+                folder_ / "first.log");
+  for (int i = 0; i < 500 && first.output().find("serving crane") == std::string::npos; ++i)
+    usleep(20'000);
+  Process second({"cranemap-mapper", "--config", site, "--calibration", rig_recording()},
+                 folder_ / "second.log");
   EXPECT_EQ(second.wait(20), 3);
-  EXPECT_NE(second.output().find("another mapper already serves crane 1"), std::string::npos) << second.output();
+  EXPECT_NE(second.output().find("another mapper already serves crane 1"), std::string::npos)
+      << second.output();
   EXPECT_TRUE(first.running());
 }
 
 TEST_F(BadInput, EvaluateAndSimulateNameTheirFile) {
   std::ofstream(folder_ / "no.bt") << "nothing";
-  expect(test::run({"evaluate", folder_ / "no.bt", rig_recording() + "/truth"}, folder_.path()), 2, "no.bt");
-  expect(test::run({"simulate", "/nowhere.yaml", "--out", folder_ / "s"}, folder_.path()), 2, "/nowhere.yaml: no such file");
+  expect(test::run({"evaluate", folder_ / "no.bt", rig_recording() + "/truth"}, folder_.path()), 2,
+         "no.bt");
+  expect(test::run({"simulate", "/nowhere.yaml", "--out", folder_ / "s"}, folder_.path()), 2,
+         "/nowhere.yaml: no such file");
 }
 
 }  // namespace

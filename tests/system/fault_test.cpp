@@ -21,13 +21,18 @@ class KilledService : public ::testing::TestWithParam<const char*> {};
 TEST_P(KilledService, IsStartedAgainAndNoFrameIsLost) {
   const TempFolder folder;
   const std::string lap = folder / "lap";
-  ASSERT_EQ(run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/lap.yaml", "--out", lap, "--frames", "16"},
-                folder.path(), 200).code, 0);
+  ASSERT_EQ(run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/lap.yaml", "--out", lap,
+                 "--frames", "16"},
+                folder.path(), 200)
+                .code,
+            0);
   const std::string program = std::string("cranemap-") + GetParam();
-  Process cranemap({"cranemap", "run", lap, "--out", folder / "out", "--voxel", "0.05", "--domain", next_domain()},
+  Process cranemap({"cranemap", "run", lap, "--out", folder / "out", "--voxel", "0.05", "--domain",
+                    next_domain()},
                    folder / "run.txt");
   // Wait until the camera plays, give it a few frames, then strike.
-  for (int i = 0; i < 1000 && child_named(cranemap.pid(), "cranemap-camera") == 0; ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < 1000 && child_named(cranemap.pid(), "cranemap-camera") == 0; ++i)
+    std::this_thread::sleep_for(10ms);
   std::this_thread::sleep_for(700ms);
   const pid_t victim = child_named(cranemap.pid(), program);
   ASSERT_GT(victim, 0) << cranemap.output();
@@ -43,12 +48,14 @@ TEST_P(KilledService, IsStartedAgainAndNoFrameIsLost) {
   EXPECT_EQ(shared_memory_files(), std::vector<std::string>{});
 }
 
-INSTANTIATE_TEST_SUITE_P(Services, KilledService, ::testing::Values("camera", "rangefinder", "stereo", "mapper"),
+INSTANTIATE_TEST_SUITE_P(Services, KilledService,
+                         ::testing::Values("camera", "rangefinder", "stereo", "mapper"),
                          [](const auto& service) { return std::string(service.param); });
 
 TEST(KilledRun, TakesItsServicesWithIt) {
   const TempFolder folder;
-  Process cranemap({"cranemap", "run", rig_recording(), "--out", folder / "out", "--rate", "real", "--domain", next_domain()},
+  Process cranemap({"cranemap", "run", rig_recording(), "--out", folder / "out", "--rate", "real",
+                    "--domain", next_domain()},
                    folder / "run.txt");
   pid_t mapper = 0;
   for (int i = 0; i < 500 && mapper == 0; ++i) {

@@ -45,7 +45,8 @@ bool Process::running() {
 }
 
 int Process::wait(double limit_s) {
-  for (const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s); running();) {
+  for (const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
+       running();) {
     if (std::chrono::steady_clock::now() > end) {
       signal(SIGKILL);
       waitpid(pid_, &status_, 0);
@@ -57,7 +58,9 @@ int Process::wait(double limit_s) {
   return WIFSIGNALED(status_) ? 128 + WTERMSIG(status_) : WEXITSTATUS(status_);
 }
 
-void Process::signal(int number) const { kill(pid_, number); }
+void Process::signal(int number) const {
+  kill(pid_, number);
+}
 
 std::string Process::output() const {
   std::ifstream file(output_file_);
@@ -89,7 +92,8 @@ pid_t child_named(pid_t parent, const std::string& program) {
     stat >> pid >> command >> state >> ppid;
     if (ppid != parent || state == "Z") continue;
     std::error_code failed;
-    if (fs::read_symlink(entry.path() / "exe", failed).filename() == program) return std::stoi(name);
+    if (fs::read_symlink(entry.path() / "exe", failed).filename() == program)
+      return std::stoi(name);
   }
   return 0;
 }
@@ -98,7 +102,8 @@ std::vector<std::string> shared_memory_files() {
   std::vector<std::string> out;
   for (const auto& entry : fs::directory_iterator("/dev/shm")) {
     const std::string name = entry.path().filename();
-    if (name.starts_with("fast") || name.starts_with("cranemap_") || name.starts_with("sem.fastrtps"))
+    if (name.starts_with("fast") || name.starts_with("cranemap_") ||
+        name.starts_with("sem.fastrtps"))
       out.push_back(name);
   }
   return out;

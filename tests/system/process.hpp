@@ -36,7 +36,8 @@ struct Finished {
   int code = 0;
   std::string output;
 };
-Finished run(std::vector<std::string> arguments, const std::filesystem::path& folder, double limit_s = 120);
+Finished run(std::vector<std::string> arguments, const std::filesystem::path& folder,
+             double limit_s = 120);
 
 /// A domain of its own for each call, so that tests never meet.
 std::string next_domain();

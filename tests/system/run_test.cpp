@@ -37,8 +37,9 @@ double share_red(const PointCloud& cloud, double x, double y, double low, double
 TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
   const TempFolder folder;
   const std::string out = folder / "out";
-  const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.02", "--domain", next_domain()},
-                                 folder.path());
+  const Finished run = test::run(
+      {"run", rig_recording(), "--out", out, "--voxel", "0.02", "--domain", next_domain()},
+      folder.path());
   ASSERT_EQ(run.code, 0) << run.output;
   const auto report = report_of(out);
   EXPECT_EQ(report["frames"]["integrated"], 6);
@@ -68,7 +69,8 @@ TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
   EXPECT_GT(fs::file_size(out + "/height_map_view.png"), 10'000U);
 
   // The command line's judge and ours agree.
-  const Finished evaluated = test::run({"evaluate", out + "/map.bt", rig_recording() + "/truth"}, folder.path());
+  const Finished evaluated =
+      test::run({"evaluate", out + "/map.bt", rig_recording() + "/truth"}, folder.path());
   EXPECT_EQ(evaluated.code, 0);
   EXPECT_NE(evaluated.output.find("coverage=0.9"), std::string::npos) << evaluated.output;
 }
@@ -76,8 +78,9 @@ TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
 TEST(Run, ThePapersMethodMapsOccupiedSpaceOnlyAndAsWellAsThePaper) {
   const TempFolder folder;
   const std::string out = folder / "out";
-  const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.02", "--method", "paper",
-                                  "--domain", next_domain()}, folder.path(), 200);
+  const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.02",
+                                  "--method", "paper", "--domain", next_domain()},
+                                 folder.path(), 200);
   ASSERT_EQ(run.code, 0) << run.output;
   const auto report = report_of(out);
   EXPECT_EQ(report["map"]["free_voxels"], 0);
@@ -93,8 +96,9 @@ TEST(Run, ThePapersMethodMapsOccupiedSpaceOnlyAndAsWellAsThePaper) {
 TEST(Run, WorksOnUdpAloneToo) {
   const TempFolder folder;
   const std::string out = folder / "out";
-  const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.05", "--transport", "udp",
-                                  "--domain", next_domain()}, folder.path());
+  const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.05",
+                                  "--transport", "udp", "--domain", next_domain()},
+                                 folder.path());
   ASSERT_EQ(run.code, 0) << run.output;
   EXPECT_EQ(report_of(out)["frames"]["integrated"], 6);
 }
@@ -102,23 +106,33 @@ TEST(Run, WorksOnUdpAloneToo) {
 TEST(Run, ALateJoinerHoldsTheSameMapAsOneThatWasThereFromTheStart) {
   const TempFolder folder;
   const std::string lap = folder / "lap";
-  ASSERT_EQ(test::run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/lap.yaml", "--out", lap, "--frames", "24"},
-                      folder.path(), 200).code, 0);
+  ASSERT_EQ(test::run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/lap.yaml", "--out", lap,
+                       "--frames", "24"},
+                      folder.path(), 200)
+                .code,
+            0);
   const std::string domain = next_domain();
-  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain << "}\nmapper: {voxel_m: 0.05}\n";
+  std::ofstream(folder / "site.yaml")
+      << "dds: {domain: " << domain << "}\nmapper: {voxel_m: 0.05}\n";
   const std::string site = folder / "site.yaml";
-  Process mapper({"cranemap-mapper", "--config", site, "--calibration", lap}, folder / "mapper.log");
-  Process stereo({"cranemap-stereo", "--config", site, "--calibration", lap}, folder / "stereo.log");
+  Process mapper({"cranemap-mapper", "--config", site, "--calibration", lap},
+                 folder / "mapper.log");
+  Process stereo({"cranemap-stereo", "--config", site, "--calibration", lap},
+                 folder / "stereo.log");
   std::string error;
   client::Options options;
   options.domain = static_cast<std::uint32_t>(std::stoi(domain));
   const auto early = client::Map::join(options, error);
   ASSERT_NE(early, nullptr) << error;
-  Process rangefinder({"cranemap-rangefinder", "--config", site, lap, "--rate", "max", "--stream", "5"}, folder / "r.log");
-  Process camera({"cranemap-camera", "--config", site, lap, "--rate", "max", "--stream", "5"}, folder / "c.log");
+  Process rangefinder(
+      {"cranemap-rangefinder", "--config", site, lap, "--rate", "max", "--stream", "5"},
+      folder / "r.log");
+  Process camera({"cranemap-camera", "--config", site, lap, "--rate", "max", "--stream", "5"},
+                 folder / "c.log");
   for (int i = 0; i < 3000 && early->status().frames_integrated < 24; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  ASSERT_EQ(early->status().frames_integrated, 24U) << camera.output() << stereo.output() << mapper.output();
+  ASSERT_EQ(early->status().frames_integrated, 24U)
+      << camera.output() << stereo.output() << mapper.output();
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));  // two publishing periods
   const auto late = client::Map::join(options, error);
   ASSERT_NE(late, nullptr) << error;
@@ -138,7 +152,8 @@ TEST(Run, ALateJoinerHoldsTheSameMapAsOneThatWasThereFromTheStart) {
 
 TEST(Watch, ShowsServicesAndMapAsText) {
   const TempFolder folder;
-  const Finished watched = test::run({"watch", "--seconds", "2", "--domain", next_domain()}, folder.path());
+  const Finished watched =
+      test::run({"watch", "--seconds", "2", "--domain", next_domain()}, folder.path());
   EXPECT_EQ(watched.code, 0);
   EXPECT_NE(watched.output.find("no mapper heard"), std::string::npos) << watched.output;
 }

@@ -14,7 +14,8 @@ constexpr TimeNs kT0 = 1'000 * kNsPerSecond;
 
 class MapBuilderTest : public ::testing::Test {
  protected:
-  MapBuilderTest() : rig_(Recording::open(test::rig_recording())->rig()), builder_(config(), rig_) {}
+  MapBuilderTest()
+      : rig_(Recording::open(test::rig_recording())->rig()), builder_(config(), rig_) {}
 
   static MapperConfig config() {
     MapperConfig c;

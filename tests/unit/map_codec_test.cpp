@@ -26,7 +26,10 @@ OccupancyMap random_map(unsigned seed) {
       for (std::size_t i = 0; i < kBlockVoxels; ++i) {
         const unsigned what = random() % 8;
         const bool run = (i / 16384) == 1;  // the upper half of a block is all free
-        block.log_odds[i] = static_cast<std::int8_t>(run ? -40 : what == 0 ? 27 : what < 4 ? -13 : 0);
+        block.log_odds[i] = static_cast<std::int8_t>(run         ? -40
+                                                     : what == 0 ? 27
+                                                     : what < 4  ? -13
+                                                                 : 0);
       }
       map.observe_surface(block, 5, bz * 32, bz * 32 * 0.05 + 0.03, 200, 100, 50);
     }
@@ -78,15 +81,16 @@ TEST(OctreeStream, OctomapReadsTheColourOtVoxelForVoxelWithItsColours) {
   const OccupancyMap map = random_map(2);
   const test::TempFolder folder;
   write(folder / "map.ot", write_colour_ot(map));
-  const std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(folder / "map.ot"));
+  const std::unique_ptr<octomap::AbstractOcTree> any(
+      octomap::AbstractOcTree::read(folder / "map.ot"));
   auto* tree = dynamic_cast<octomap::ColorOcTree*>(any.get());
   ASSERT_NE(tree, nullptr);
   expect_same_voxels(map, *tree);
   for (const Tile* tile : map.tiles())
     for (const auto& [bz, block] : tile->blocks) {
       if (block->at(5) != Occupancy::kOccupied) continue;
-      const auto* node = tree->search(map.centre(tile->key.x * 32 + 5), map.centre(tile->key.y * 32),
-                                      map.centre(bz * 32));
+      const auto* node = tree->search(map.centre(tile->key.x * 32 + 5),
+                                      map.centre(tile->key.y * 32), map.centre(bz * 32));
       EXPECT_EQ(node->getColor(), octomap::ColorOcTreeNode::Color(200, 100, 50));
     }
 }

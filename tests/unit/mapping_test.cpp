@@ -79,8 +79,8 @@ TEST(ProjectiveIntegrator, AgreesWithRayCastingWhereverItClaimsFree) {
     for (std::uint32_t u = 0; u < 160; ++u)
       for (float z = 0.1F; z < view.depth[v * 160 + u]; z += 0.01F) {
         const Eigen::Vector3d p =
-            view.frame.T_map_rectified * Eigen::Vector3d((u - view.frame.cx_px) / 300 * z,
-                                                         (v - view.frame.cy_px) / 300 * z, z);
+            view.frame.T_map_rectified *
+            Eigen::Vector3d((u - view.frame.cx_px) / 300 * z, (v - view.frame.cy_px) / 300 * z, z);
         const int x = map.index(p.x()), y = map.index(p.y()), k = map.index(p.z());
         Tile& tile = reference.tile({tile_of(x), tile_of(y)});
         reference.block(tile, tile_of(k))
@@ -89,14 +89,17 @@ TEST(ProjectiveIntegrator, AgreesWithRayCastingWhereverItClaimsFree) {
   std::size_t free = 0, wrong = 0, reference_free = 0;
   for (const Tile* tile : reference.tiles())
     for (const auto& [bz, block] : tile->blocks)
-      for (int i = 0; i < kBlockVoxels; ++i) reference_free += block->at(i) == Occupancy::kFree ? 1 : 0;
+      for (int i = 0; i < kBlockVoxels; ++i)
+        reference_free += block->at(i) == Occupancy::kFree ? 1 : 0;
   for (const Tile* tile : map.tiles())
     for (const auto& [bz, block] : tile->blocks)
       for (int i = 0; i < kBlockVoxels; ++i) {
         if (block->at(i) != Occupancy::kFree) continue;
         ++free;
         wrong += reference.at(tile->key.x * 32 + i % 32, tile->key.y * 32 + i / 32 % 32,
-                              bz * 32 + i / 1024) == Occupancy::kFree ? 0 : 1;
+                              bz * 32 + i / 1024) == Occupancy::kFree
+                     ? 0
+                     : 1;
       }
   EXPECT_LT(double(wrong), 0.002 * double(free));
   EXPECT_GT(double(free), 0.45 * double(reference_free));
@@ -142,7 +145,8 @@ TEST(MapJudge, CountsUnsafeMissedAndPhantomColumns) {
   truth.columns = truth.rows = 20;
   truth.height_mm.assign(400, 0);
   for (int row = 8; row < 12; ++row)
-    for (int column = 8; column < 12; ++column) truth.height_mm[std::size_t(row * 20 + column)] = 1000;
+    for (int column = 8; column < 12; ++column)
+      truth.height_mm[std::size_t(row * 20 + column)] = 1000;
   std::vector<OccupiedCube> map;
   for (int row = 0; row < 20; ++row)
     for (int column = 0; column < 20; ++column)

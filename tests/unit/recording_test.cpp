@@ -122,7 +122,8 @@ TEST(ImageFile, RefusesATruncatedImageAtAnyLength) {
   const std::vector<std::uint8_t> whole = bytes_of(path);
   ASSERT_TRUE(decode_image(whole, path, 1'000'000));
   for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 50) {
-    const auto image = decode_image({whole.begin(), whole.begin() + std::ptrdiff_t(size)}, path, 1'000'000);
+    const auto image =
+        decode_image({whole.begin(), whole.begin() + std::ptrdiff_t(size)}, path, 1'000'000);
     ASSERT_FALSE(image) << size;
     EXPECT_EQ(image.error().where, path);
   }

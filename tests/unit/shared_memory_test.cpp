@@ -14,7 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void touch(const std::string& path) { std::ofstream(path) << "x"; }
+void touch(const std::string& path) {
+  std::ofstream(path) << "x";
+}
 
 TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
   const test::TempFolder shm;
@@ -33,7 +35,8 @@ TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
   touch(shm / "fastrtps_port7413_el");
   touch(shm / "fastrtps_port7415");  // no lock file, and nobody has it mapped: abandoned
   touch(shm / "fastrtps_port7417");  // likewise, but so young that its lock may be coming
-  fs::last_write_time(shm / "fastrtps_port7415", fs::file_time_type::clock::now() - std::chrono::seconds(5));
+  fs::last_write_time(shm / "fastrtps_port7415",
+                      fs::file_time_type::clock::now() - std::chrono::seconds(5));
   touch(shm / "somebody_elses_file");
   const int held = open((shm / "fastrtps_port7413_el").c_str(), O_RDWR);
   ASSERT_EQ(flock(held, LOCK_SH | LOCK_NB), 0);

@@ -43,7 +43,8 @@ Result<StereoReport> match_first_frame(const StereoSettings& settings, Matched& 
 double share_bad(const Matched& m) {
   // The true depth of the left image, in millimetres: same file format as the height map's picture.
   const test::TempFolder folder;
-  std::filesystem::copy_file(test::rig_recording() + "/truth/depth0/1700000000000000000.png", folder / "d.png");
+  std::filesystem::copy_file(test::rig_recording() + "/truth/depth0/1700000000000000000.png",
+                             folder / "d.png");
   std::ofstream(folder / "d.yaml") << "cell_m: 1\norigin_m: [0, 0]\nsize: [1280, 720]\n";
   const auto truth = read_height_map(folder / "d.png");
   std::size_t bad = 0, matched = 0;

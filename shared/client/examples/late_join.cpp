@@ -26,8 +26,8 @@ int main(int argc, char** argv) {
   }
   const auto status = map->status();
   const auto voxels = map->count_voxels();
-  std::printf("map %016" PRIx64 " revision %" PRIu64 ": %u tiles, %" PRIu64 " voxels occupied, %" PRIu64
-              " free, digest %016" PRIx64 "\n",
+  std::printf("map %016" PRIx64 " revision %" PRIu64 ": %u tiles, %" PRIu64
+              " voxels occupied, %" PRIu64 " free, digest %016" PRIx64 "\n",
               status.map_id, status.revision, status.tiles, voxels.occupied, voxels.free,
               status.voxel_digest + status.height_digest);
   const auto height = map->height(x, y);

@@ -24,19 +24,19 @@ struct Options {
 
 /// What the mapper last said of the map, and what of it has arrived here.
 struct Status {
-  bool heard = false;              ///< any heartbeat at all
-  bool alive = false;              ///< a heartbeat within the last second
-  bool valid = false;              ///< alive, and clouds and positions are fresh
-  bool complete = false;           ///< all tiles of the said revision are here (digests agree)
-  std::string reason;              ///< why not valid
+  bool heard = false;     ///< any heartbeat at all
+  bool alive = false;     ///< a heartbeat within the last second
+  bool valid = false;     ///< alive, and clouds and positions are fresh
+  bool complete = false;  ///< all tiles of the said revision are here (digests agree)
+  std::string reason;     ///< why not valid
   std::uint64_t map_id = 0, revision = 0;
   std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
-  std::uint32_t tiles = 0;         ///< held here
+  std::uint32_t tiles = 0;                            ///< held here
   double voxel_m = 0;
   std::uint64_t stream = 0, last_frame = 0;
   std::int64_t last_frame_time_ns = 0;  ///< 0 = no frame accounted for yet
   std::uint64_t frames_integrated = 0, frames_rejected = 0, frames_missing = 0;
-  std::uint64_t samples_refused = 0;    ///< tiles that failed a check; never used
+  std::uint64_t samples_refused = 0;  ///< tiles that failed a check; never used
 };
 
 enum class Surface { kUnknown, kFloor, kObstacle };
