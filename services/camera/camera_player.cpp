@@ -1,29 +1,18 @@
 #include "camera_player.hpp"
 
-#include <CLI/CLI.hpp>
 #include <cstring>
-#include <random>
 #include <set>
-#include <thread>
 
 #include "base/log.hpp"
 #include "bounds.h"
 #include "recording/image_file.hpp"
 #include "recording/recording.hpp"
-#include "service/play_clock.hpp"
-#include "service/run_service.hpp"
+#include "service/player.hpp"
 
 namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
-
-struct Options {
-  std::string recording, rate = "real";
-  bool loop = false, resume = false;
-  std::uint64_t stream = 0;
-  TimeNs start_at = 0;
-};
 
 /// Frames the camera may be ahead of the map when it is paced by it. Less than the depth of the
 /// topics' histories, so that nothing is overwritten.
@@ -33,7 +22,7 @@ constexpr int kMaxResends = 20;
 
 class Player {
  public:
-  Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
+  Player(ServiceContext& context, const PlayOptions& options, Recording recording, PlayRate rate,
          dds::Writer<dds::StereoFrameTopic> writer)
       : context_(context),
         options_(options),
@@ -44,52 +33,33 @@ class Player {
   Result<void> play() {
     status().expected = options_.loop ? 0 : recording_.frames().size();
     status().stream = options_.stream;
-    wait_for_reader();
+    log_info("plays as soon as stereo_frame has a reader");
+    wait_for_reader(writer_, context_);
     const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
     if (!played || context_.stopping()) return played;
     (void)writer_.wait_for_readers(5s);
     status().finished = true;
     log_info("end of the recording: " + std::to_string(status().published) + " frames published");
-    // Readers on this host still look into our memory; leave when told, or when they had time.
-    for (int i = 0; i < 100 && !context_.stopping(); ++i) {
-      status().tick(i == 0);
-      std::this_thread::sleep_for(50ms);
-    }
+    status().tick(true);
     return {};
   }
 
  private:
   StatusReporter& status() { return context_.status; }
 
-  void wait_for_reader() {
-    for (bool said = false; writer_.matched() == 0 && !context_.stopping(); said = true) {
-      if (!said) log_info("waiting for a reader of stereo_frame");
-      status().tick();
-      std::this_thread::sleep_for(10ms);
-    }
-    std::this_thread::sleep_for(300ms);  // until the reader knows us as well
-  }
-
   /// By the clock; frames wait for nobody.
   Result<void> play_timed() {
-    const SystemClock wall;
-    const PlayClock clock(
-        rate_, recording_.start(),
-        options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    const PlayClock clock = play_clock(options_, rate_, recording_.start());
     const auto count = static_cast<std::int64_t>(recording_.frames().size());
     for (std::int64_t n = 0; (options_.loop || n < count) && !context_.stopping(); ++n) {
       const TimeNs time = recording_.frame_time(n);
-      if (options_.resume && clock.due(time) < wall.now()) {
+      if (options_.resume && clock.due(time) < SystemClock().now()) {
         status().dropped.add("skipped after a restart");
         continue;
       }
       const Result<bool> ready = load(n);
       if (!ready) return ready.error();
-      while (wall.now() < clock.due(time) && !context_.stopping()) {
-        status().tick();
-        std::this_thread::sleep_for(
-            std::chrono::nanoseconds(std::min<TimeNs>(clock.due(time) - wall.now(), 50'000'000)));
-      }
+      wait_until(clock.due(time), context_);
       if (context_.stopping()) break;
       if (*ready) send(n, -1);
       status().tick();
@@ -210,7 +180,7 @@ class Player {
   }
 
   ServiceContext& context_;
-  const Options& options_;
+  const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
   dds::Writer<dds::StereoFrameTopic> writer_;
@@ -221,32 +191,18 @@ class Player {
 }  // namespace
 
 int run_camera(int argc, char** argv) {
-  Options options;
+  PlayOptions options;
   const ServiceInfo info{"cranemap-camera",
                          "Plays the images of a recording as topic stereo_frame.\n"
                          "Example: cranemap-camera RECORDING --rate 2 --loop",
                          v1::SERVICE_CAMERA};
   return run_service(
-      argc, argv, info,
-      [&](CLI::App& app) {
-        app.add_option("RECORDING", options.recording, "Folder in ASL/EuRoC layout")->required();
-        app.add_option("--rate", options.rate,
-                       "real, a factor of it, or max: as fast as the mapper takes frames")
-            ->capture_default_str();
-        app.add_flag("--loop", options.loop, "Start over at the end (not with --rate max)");
-        app.add_option("--stream", options.stream, "Number of this stream; 0 = a random one");
-        app.add_option("--start-at", options.start_at,
-                       "Wall time [ns] of the recording's first instant; 0 = now");
-        app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");
-      },
+      argc, argv, info, [&](CLI::App& app) { add_play_options(app, options); },
       [&](ServiceContext& context) -> Result<void> {
         auto recording = Recording::open(options.recording);
         if (!recording) return recording.error();
-        auto rate = parse_rate(options.rate);
+        auto rate = check_play_options(options);
         if (!rate) return rate.error();
-        if (rate->paced_by_map() && options.loop)
-          return Error{ErrorCode::kConfiguration, "--loop", "does not go with --rate max", ""};
-        if (options.stream == 0) options.stream = std::random_device{}() | 1U;
         auto writer = dds::Writer<dds::StereoFrameTopic>::create(context.participant);
         if (!writer) return writer.error();
         return Player(context, options, std::move(*recording), *rate, std::move(*writer)).play();

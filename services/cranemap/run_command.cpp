@@ -8,7 +8,6 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "child_process.hpp"
 #include "commands.hpp"
 #include "crane/client/map.hpp"
 #include "dds/shared_memory.hpp"
@@ -19,6 +18,7 @@
 #include "run_report.hpp"
 #include "service/play_clock.hpp"
 #include "service/run_service.hpp"
+#include "supervisor.hpp"
 
 namespace crane {
 namespace {
@@ -26,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr int kMaxRestarts = 5;
 constexpr double kNoProgressMs = 60'000;
 constexpr double kSettleMs = 3'000;
 
@@ -51,99 +50,6 @@ client::Options client_options(const SiteConfig& c) {
   o.profile_name = c.dds.profile_name;
   return o;
 }
-
-/// The services of one run as processes: started, watched, started again when killed.
-class Services {
- public:
-  Services(fs::path programs, fs::path out)
-      : programs_(std::move(programs)), out_(std::move(out)) {}
-
-  Result<void> start(const std::string& name, std::vector<std::string> arguments,
-                     std::vector<std::string> when_restarted) {
-    arguments.insert(arguments.begin(), programs_ / ("cranemap-" + name));
-    auto process = ChildProcess::start(arguments, log_of(name));
-    if (!process) return process.error();
-    services_.push_back(
-        {name, std::move(arguments), std::move(when_restarted), std::move(*process)});
-    return {};
-  }
-
-  /// Restarts what died by a signal. Error: a service that ended by itself with a failure.
-  Result<void> watch() {
-    for (Service& s : services_) {
-      const auto ended = s.process.poll();
-      if (!ended || s.done) continue;
-      if (!ended->by_signal && ended->code == 0) {
-        s.done = true;
-        continue;
-      }
-      if (!ended->by_signal || restarts_[s.name] == kMaxRestarts)
-        return Error{
-            ended->code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
-            "cranemap-" + s.name,
-            (ended->by_signal ? "was killed again and again, by signal "
-                              : "ended with exit code ") +
-                std::to_string(ended->code) + ": " + last_line(log_of(s.name)),
-            "its log: " + log_of(s.name)};
-      ++restarts_[s.name];
-      log_warning("cranemap-" + s.name + " was killed by signal " + std::to_string(ended->code) +
-                  ": starting it again");
-      std::vector<std::string> command = s.command;
-      command.insert(command.end(), s.when_restarted.begin(), s.when_restarted.end());
-      auto process = ChildProcess::start(command, log_of(s.name));
-      if (!process) return process.error();
-      s.process = std::move(*process);
-    }
-    return {};
-  }
-
-  [[nodiscard]] bool ended(const std::string& name) const {
-    for (const Service& s : services_)
-      if (s.name == name) return s.done;
-    return true;
-  }
-
-  Result<void> stop(const std::string& name, int limit_ms) {
-    for (Service& s : services_) {
-      if (s.name != name) continue;
-      const ChildProcess::Exit exit = s.process.stop(limit_ms);
-      s.done = true;
-      if (!exit.by_signal && exit.code == 0) return {};
-      return Error{
-          exit.code == kExitConfiguration ? ErrorCode::kConfiguration : ErrorCode::kResource,
-          "cranemap-" + name, last_line(log_of(name)), "its log: " + log_of(name)};
-    }
-    return {};
-  }
-
-  [[nodiscard]] std::map<std::string, int> restarts() const {
-    std::map<std::string, int> out;
-    for (const auto& [name, count] : restarts_)
-      if (count > 0) out[name] = count;
-    return out;
-  }
-
- private:
-  struct Service {
-    std::string name;
-    std::vector<std::string> command, when_restarted;
-    ChildProcess process;
-    bool done = false;
-  };
-  [[nodiscard]] std::string log_of(const std::string& name) const {
-    return out_ / "logs" / (name + ".log");
-  }
-  static std::string last_line(const std::string& path) {
-    std::ifstream file(path);
-    std::string line, last;
-    while (std::getline(file, line))
-      if (line.find("ERROR") != std::string::npos || last.empty()) last = line;
-    return last;
-  }
-  fs::path programs_, out_;
-  std::vector<Service> services_;
-  std::map<std::string, int> restarts_;
-};
 
 class Run {
  public:
@@ -370,7 +276,7 @@ class Run {
   Wakeup wakeup_;
   std::optional<dds::Reader<dds::ServiceStatusTopic>> statuses_;
   std::unique_ptr<client::Map> map_;
-  std::optional<Services> services_;
+  std::optional<Supervisor> services_;
   RunReport report_;
 };
 

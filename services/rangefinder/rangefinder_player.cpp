@@ -1,28 +1,17 @@
 #include "rangefinder_player.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <random>
-#include <thread>
 
 #include "base/log.hpp"
 #include "bounds.h"
 #include "recording/recording.hpp"
-#include "service/play_clock.hpp"
-#include "service/run_service.hpp"
+#include "service/player.hpp"
 
 namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
-
-struct Options {
-  std::string recording, rate = "real";
-  bool loop = false, resume = false;
-  std::uint64_t stream = 0;
-  TimeNs start_at = 0;
-};
 
 struct Reading {
   TimeNs time;
@@ -32,7 +21,7 @@ struct Reading {
 
 class Player {
  public:
-  Player(ServiceContext& context, const Options& options, Recording recording, PlayRate rate,
+  Player(ServiceContext& context, const PlayOptions& options, Recording recording, PlayRate rate,
          dds::Writer<dds::RangefinderPositionTopic> writer)
       : context_(context),
         options_(options),
@@ -50,12 +39,8 @@ class Player {
   Result<void> play() {
     status().expected = options_.loop ? 0 : readings_.size();
     status().stream = options_.stream;
-    for (bool said = false; writer_.matched() == 0 && !context_.stopping(); said = true) {
-      if (!said) log_info("waiting for a reader of rangefinder_position");
-      status().tick();
-      std::this_thread::sleep_for(10ms);
-    }
-    std::this_thread::sleep_for(300ms);  // until the reader knows us as well
+    log_info("plays as soon as rangefinder_position has a reader");
+    wait_for_reader(writer_, context_);
     const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
     if (!played || context_.stopping()) return played;
     (void)writer_.wait_for_readers(5s);
@@ -69,23 +54,16 @@ class Player {
   StatusReporter& status() { return context_.status; }
 
   Result<void> play_timed() {
-    const SystemClock wall;
-    const PlayClock clock(
-        rate_, recording_.start(),
-        options_.start_at > 0 ? options_.start_at : wall.now() + kNsPerSecond / 5);
+    const PlayClock clock = play_clock(options_, rate_, recording_.start());
     for (std::size_t n = 0; (options_.loop || n < readings_.size()) && !context_.stopping(); ++n) {
       const Reading& r = readings_[n % readings_.size()];
       const TimeNs time =
           r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
-      if (options_.resume && clock.due(time) < wall.now() - kNsPerSecond) {
+      if (options_.resume && clock.due(time) < SystemClock().now() - kNsPerSecond) {
         status().dropped.add("skipped after a restart");
         continue;
       }
-      while (wall.now() < clock.due(time) && !context_.stopping()) {
-        status().tick();
-        std::this_thread::sleep_for(
-            std::chrono::nanoseconds(std::min<TimeNs>(clock.due(time) - wall.now(), 50'000'000)));
-      }
+      wait_until(clock.due(time), context_);
       if (context_.stopping()) break;
       send(r, time);
     }
@@ -157,7 +135,7 @@ class Player {
   }
 
   ServiceContext& context_;
-  const Options& options_;
+  const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
   dds::Writer<dds::RangefinderPositionTopic> writer_;
@@ -168,33 +146,18 @@ class Player {
 }  // namespace
 
 int run_rangefinder(int argc, char** argv) {
-  Options options;
+  PlayOptions options;
   const ServiceInfo info{"cranemap-rangefinder",
                          "Plays cart and trolley of a recording as topic rangefinder_position.\n"
                          "Example: cranemap-rangefinder RECORDING --rate real",
                          v1::SERVICE_RANGEFINDER};
   return run_service(
-      argc, argv, info,
-      [&](CLI::App& app) {
-        app.add_option("RECORDING", options.recording, "Folder in ASL/EuRoC layout")->required();
-        app.add_option("--rate", options.rate,
-                       "real, a factor of it, or max: as fast as the mapper takes frames")
-            ->capture_default_str();
-        app.add_flag("--loop", options.loop, "Start over at the end (not with --rate max)");
-        app.add_option("--stream", options.stream,
-                       "Stream of the camera, for --rate max; 0 = a random one");
-        app.add_option("--start-at", options.start_at,
-                       "Wall time [ns] of the recording's first instant; 0 = now");
-        app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");
-      },
+      argc, argv, info, [&](CLI::App& app) { add_play_options(app, options); },
       [&](ServiceContext& context) -> Result<void> {
         auto recording = Recording::open(options.recording);
         if (!recording) return recording.error();
-        auto rate = parse_rate(options.rate);
+        auto rate = check_play_options(options);
         if (!rate) return rate.error();
-        if (rate->paced_by_map() && options.loop)
-          return Error{ErrorCode::kConfiguration, "--loop", "does not go with --rate max", ""};
-        if (options.stream == 0) options.stream = std::random_device{}() | 1U;
         auto writer = dds::Writer<dds::RangefinderPositionTopic>::create(context.participant);
         if (!writer) return writer.error();
         return Player(context, options, std::move(*recording), *rate, std::move(*writer)).play();

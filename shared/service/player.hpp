@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "service/play_clock.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+
+/// What the services that play a recording are told.
+struct PlayOptions {
+  std::string recording, rate = "real";
+  bool loop = false;    ///< start over at the end
+  bool resume = false;  ///< leave out what is already overdue at the start
+  std::uint64_t stream = 0;
+  TimeNs start_at = 0;  ///< wall time of the recording's first instant; 0 = now
+};
+
+void add_play_options(CLI::App& app, PlayOptions& options);
+
+/// The rate; a stream number is drawn where none was given. Error: Configuration.
+Result<PlayRate> check_play_options(PlayOptions& options);
+
+/// The clock of a timed play, shared by all players that were told the same start.
+PlayClock play_clock(const PlayOptions& options, PlayRate rate, TimeNs recorded_start);
+
+/// Sleeps until a wall time, with status messages; earlier when the service is to stop.
+void wait_until(TimeNs due, ServiceContext& context);
+
+/// Waits for a reader, and until it knows this writer as well.
+template <class Topic>
+void wait_for_reader(const dds::Writer<Topic>& writer, ServiceContext& context) {
+  const TimeNs step = kNsPerSecond / 100;
+  while (writer.matched() == 0 && !context.stopping())
+    wait_until(SystemClock().now() + step, context);
+  wait_until(SystemClock().now() + 30 * step, context);
+}
+
+}  // namespace crane
