@@ -47,8 +47,8 @@ TEST_P(KilledService, IsStartedAgainAndNoFrameIsLost) {
   EXPECT_TRUE(report["map"]["complete_at_subscriber"]);
   EXPECT_NE(cranemap.output().find(program + " was killed by signal 9"), std::string::npos);
   // What the killed process left was cleared when it was started again.
-  for (const std::string& file : shared_memory_files())
-    EXPECT_NE(std::find(before.begin(), before.end(), file), before.end()) << file << " was left";
+  for (const std::string& name : shared_memory_files())
+    EXPECT_NE(std::find(before.begin(), before.end(), name), before.end()) << name << " was left";
 }
 
 INSTANTIATE_TEST_SUITE_P(Services, KilledService,
