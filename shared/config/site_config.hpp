@@ -28,7 +28,7 @@ struct StereoConfig {
   int speckle_window_px = 100;        ///< 0 = off
   int uniqueness_percent = 15;        ///< 0..50
   int left_right_px = 1;              ///< largest left-right disagreement; -1 = no check
-  /// Search range as depth [m]; 0 = half and 1.15 times the camera's height above the floor.
+  /// Search range as depth [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   /// What stands nearer to the camera gets no match: it stays unknown, never free.
   double nearest_m = 0, farthest_m = 0;
   double sigma_disparity_px = 0.15;  ///< standard deviation of a good match

@@ -20,7 +20,7 @@ struct StereoSettings {
   int speckle_window_px = 100;
   int uniqueness_percent = 15;
   int left_right_px = 1;
-  /// Depth range to search [m]; 0 = 0.5 and 1.15 times the camera's height above the floor.
+  /// Depth range to search [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   double nearest_m = 0, farthest_m = 0;
 };
 
