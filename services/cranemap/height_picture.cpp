@@ -35,7 +35,7 @@ void text(cv::Mat& image, const std::string& s, cv::Point at, double size,
 
 std::string metres(double m, int digits) {
   char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.*f", digits, m);
+  std::snprintf(buffer, sizeof buffer, "%.*f", digits, std::abs(m) < 1e-9 ? 0.0 : m);
   return buffer;
 }
 

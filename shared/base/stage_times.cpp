@@ -32,7 +32,8 @@ void StageTimes::add(const std::string& stage, double ms) {
 
 std::vector<StageSummary> StageTimes::summary() const {
   std::vector<StageSummary> out;
-  for (const auto& [name, h] : stages_) {
+  for (const auto& stage : stages_) {
+    const Histogram& h = stage.second;
     const auto percentile = [&h](double p) {
       const double wanted = p * double(h.count);
       double seen = 0;
@@ -42,7 +43,7 @@ std::vector<StageSummary> StageTimes::summary() const {
       }
       return h.max_ms;
     };
-    out.push_back({name, h.count, percentile(0.50), percentile(0.99), h.max_ms});
+    out.push_back({stage.first, h.count, percentile(0.50), percentile(0.99), h.max_ms});
   }
   return out;
 }
