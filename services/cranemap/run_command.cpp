@@ -4,12 +4,11 @@
 #include <fstream>
 #include <optional>
 #include <random>
-#include <thread>
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "client_options.hpp"
 #include "commands.hpp"
-#include "crane/client/map.hpp"
 #include "dds/shared_memory.hpp"
 #include "height_picture.hpp"
 #include "map_codec/octomap_file.hpp"
@@ -38,17 +37,6 @@ struct Options {
 int fail(const Error& error) {
   log_error(error.text());
   return exit_code(error);
-}
-
-client::Options client_options(const SiteConfig& c) {
-  client::Options o;
-  o.crane = static_cast<std::uint32_t>(c.crane);
-  o.domain = static_cast<std::uint32_t>(c.dds.domain);
-  o.udp_only = c.dds.udp_only;
-  o.interfaces = c.dds.interfaces;
-  o.profile_file = c.dds.profile_file;
-  o.profile_name = c.dds.profile_name;
-  return o;
 }
 
 class Run {

@@ -2,12 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
-#include <thread>
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "client_options.hpp"
 #include "commands.hpp"
-#include "crane/client/map.hpp"
 #include "dds/endpoints.hpp"
 #include "run_report.hpp"
 #include "service/run_service.hpp"
@@ -69,15 +68,8 @@ int watch(const Options& options) {
     return exit_code(participant.error());
   }
   auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup);
-  client::Options o;
-  o.crane = settings.crane;
-  o.domain = settings.domain;
-  o.interfaces = settings.interfaces;
-  o.udp_only = config.dds.udp_only;
-  o.profile_file = settings.profile_file;
-  o.profile_name = settings.profile_name;
   std::string why;
-  const auto map = client::Map::join(o, why);
+  const auto map = client::Map::join(client_options(config), why);
   if (!statuses || !map) {
     log_error(statuses ? why : statuses.error().text());
     return kExitResource;
