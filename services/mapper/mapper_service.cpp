@@ -93,7 +93,9 @@ class Service {
       if (octree.due())
         if (auto done = publisher->publish_octree(builder_); !done) return done;
       if (heartbeat.due() || accounted) beat(*publisher);
-      report(*publisher, clouds->counts(), positions->counts());
+      cloud_counts_ = clouds->counts();
+      position_counts_ = positions->counts();
+      report(*publisher);
       context_.status.tick();
     }
     return finish(*publisher, store);
@@ -205,16 +207,15 @@ class Service {
     publisher.publish_status(builder_, builder_.voxel_m(), validity, reason);
   }
 
-  void report(const MapPublisher& publisher, const dds::ReaderCounts& clouds,
-              const dds::ReaderCounts& positions) {
+  void report(const MapPublisher& publisher) {
     StatusReporter& s = context_.status;
     s.published = publisher.published_tiles();
     s.stages = builder_.stages;
     s.stages.merge(publisher.stages);
     s.dropped = builder_.dropped;
     for (const auto& [cause, count] : publisher.dropped.counts()) s.dropped.add(cause, count);
-    s.dropped.set("cloud broke its contract", clouds.invalid);
-    s.dropped.set("position broke its contract", positions.invalid);
+    add_reader_drops(s.dropped, "cloud", cloud_counts_);
+    add_reader_drops(s.dropped, "position", position_counts_);
   }
 
   Result<void> finish(MapPublisher& publisher, MapStore& store) {
@@ -226,7 +227,7 @@ class Service {
     const Stopwatch watch;
     auto saved = save_map(builder_, options_.save);
     builder_.stages.add("save map", watch.ms());
-    report(publisher, {}, {});
+    report(publisher);
     if (saved) log_info("map saved in " + options_.save);
     return saved;
   }
@@ -236,6 +237,7 @@ class Service {
   MapBuilder builder_;
   MapPublisher::Identity identity_;
   Wakeup wakeup_;
+  dds::ReaderCounts cloud_counts_, position_counts_;
   Every save_state_{0.5};  ///< what is younger is sent again, or lost in real time, after kill -9
 };
 

@@ -45,8 +45,7 @@ class Service {
         add_delivery_times(status().stages, "camera to stereo", *frame, frames->counts());
         work(std::move(frame));
       }
-      const dds::ReaderCounts counts = frames->counts();
-      status().dropped.set("frame broke its contract", counts.invalid);
+      add_reader_drops(status().dropped, "frame", frames->counts());
       status().tick();
     }
     return {};

@@ -151,10 +151,6 @@ std::vector<YamlReader> YamlReader::items(const std::string& key) {
   return out;
 }
 
-bool YamlReader::has(const std::string& key) const {
-  return impl_->node.IsDefined() && impl_->node.IsMap() && impl_->node[key].IsDefined();
-}
-
 void YamlReader::number(const std::string& key, double& out, double min, double max,
                         bool required) {
   double value = 0;

@@ -26,7 +26,6 @@ class YamlReader {
   YamlReader section(const std::string& key, bool required = false);
   /// Items of a sequence of maps; none when absent.
   std::vector<YamlReader> items(const std::string& key);
-  [[nodiscard]] bool has(const std::string& key) const;
 
   // Each leaves `out` as it is when the key is absent (a problem if required) or wrong (a problem).
   void number(const std::string& key, double& out, double min, double max, bool required = false);

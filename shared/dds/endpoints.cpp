@@ -143,7 +143,7 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
   fdds::DataReader* reader = nullptr;
   Wakeup* wakeup = nullptr;
   std::uint64_t received = 0, invalid = 0;
-  std::atomic<std::uint64_t> lost{0}, rejected{0}, late{0};
+  std::atomic<std::uint64_t> lost{0}, rejected{0};
   std::atomic<int> matched{0};
   std::atomic<TimeNs> told_ns{0};
 
@@ -157,10 +157,6 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
   void on_sample_rejected(fdds::DataReader* /*reader*/,
                           const fdds::SampleRejectedStatus& status) override {
     rejected = std::uint64_t(status.total_count);
-  }
-  void on_requested_deadline_missed(fdds::DataReader* /*reader*/,
-                                    const fdds::RequestedDeadlineMissedStatus& status) override {
-    late = status.total_count;
   }
   void on_subscription_matched(fdds::DataReader* /*reader*/,
                                const fdds::SubscriptionMatchedStatus& status) override {
@@ -218,8 +214,8 @@ std::unique_ptr<Received<typename Topic::Type>> Reader<Topic>::take() {
 
 template <class Topic>
 ReaderCounts Reader<Topic>::counts() const {
-  return {impl_->received, impl_->invalid, impl_->lost + impl_->rejected,
-          impl_->late,     impl_->matched, impl_->told_ns};
+  return {impl_->received, impl_->invalid, impl_->lost + impl_->rejected, impl_->matched,
+          impl_->told_ns};
 }
 
 // ---------------------------------------------------------------- writer
@@ -304,14 +300,6 @@ template <class Topic>
 void Writer<Topic>::discard(Type* loaned) {
   void* memory = loaned;
   impl_->writer->discard_loan(memory);
-}
-
-template <class Topic>
-Result<void> Writer<Topic>::dispose(const Type& sample) {
-  if (impl_->writer->dispose(const_cast<Type*>(&sample), fdds::HANDLE_NIL) ==
-      ReturnCode::RETCODE_OK)
-    return {};
-  return Error{ErrorCode::kResource, Topic::kName, "the instance could not be disposed", ""};
 }
 
 template <class Topic>

@@ -40,7 +40,6 @@ struct ReaderCounts {
   std::uint64_t received = 0;  ///< samples handed out
   std::uint64_t invalid = 0;   ///< samples refused by validation
   std::uint64_t lost = 0;      ///< told lost or rejected by Fast DDS
-  std::uint64_t late = 0;      ///< deadlines missed
   int matched = 0;             ///< writers now
   TimeNs told_ns = 0;          ///< when Fast DDS last said that there is a sample
 };
@@ -84,8 +83,6 @@ class Writer {
   Type* loan();
   Result<void> publish(Type* loaned);
   void discard(Type* loaned);
-  /// Ends the instance of `sample`'s key.
-  Result<void> dispose(const Type& sample);
   /// Waits until every matched reader has all; false on time-out.
   bool wait_for_readers(std::chrono::milliseconds limit);
   [[nodiscard]] int matched() const;

@@ -35,8 +35,6 @@ class PositionTrack {
   /// (Zhao et al. 2021, eq. 7: t1, t2). `distance_m` is written only for kFound.
   Lookup at(TimeNs time, std::chrono::nanoseconds max_gap, double& distance_m) const;
 
-  [[nodiscard]] bool empty() const { return readings_.empty(); }
-  [[nodiscard]] TimeNs newest() const { return readings_.empty() ? 0 : readings_.back().time; }
   void clear() { readings_.clear(); }
 
  private:

@@ -19,6 +19,13 @@ void add_delivery_times(StageTimes& stages, const std::string& name,
   stages.add("taken after", double(SystemClock().now() - told) * 1e-6);
 }
 
+/// What a reader did not hand on, counted by cause under the topic's short `name`.
+inline void add_reader_drops(DropCounts& dropped, const std::string& name,
+                             const dds::ReaderCounts& counts) {
+  dropped.set(name + " broke its contract", counts.invalid);
+  dropped.set(name + " lost or rejected by Fast DDS", counts.lost);
+}
+
 /// What one service tells the world once a second: counts, causes of drops, stage times.
 /// One thread.
 class StatusReporter {
