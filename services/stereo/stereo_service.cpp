@@ -16,8 +16,17 @@ using namespace std::chrono_literals;
 
 StereoSettings to_settings(const StereoConfig& c) {
   StereoSettings s;
-  s.matcher = c.matcher == StereoConfig::Matcher::kBlock ? StereoSettings::Matcher::kBlock
-                                                         : StereoSettings::Matcher::kSemiGlobal;
+  switch (c.matcher) {
+    case StereoConfig::Matcher::kSgm:
+      s.matcher = StereoSettings::Matcher::kSgm;
+      break;
+    case StereoConfig::Matcher::kBlock:
+      s.matcher = StereoSettings::Matcher::kBlock;
+      break;
+    case StereoConfig::Matcher::kSgbm:
+      s.matcher = StereoSettings::Matcher::kSgbm;
+      break;
+  }
   s.paper = c.paper;
   s.block_px = c.block_px;
   s.speckle_window_px = c.speckle_window_px;

@@ -23,12 +23,15 @@ void read_dds(YamlReader y, DdsConfig& c) {
     y.problem("profile_name", "must name a participant profile of profile_file");
 }
 
+/// As StereoConfig::Matcher counts.
+const std::vector<std::string> kMatchers = {"sgm", "bm", "sgbm"};
+
 void read_stereo(YamlReader y, StereoConfig& c) {
   int preset = 0;
   int matcher = 0;
   y.choice("preset", {"default", "paper"}, preset);
   c.paper = preset == 1;
-  y.choice("matcher", {"bm", "sgbm"}, matcher);
+  y.choice("matcher", kMatchers, matcher);
   c.matcher = static_cast<StereoConfig::Matcher>(matcher);
   y.integer("block_px", c.block_px, 5, 21);
   if (c.block_px % 2 == 0) y.problem("block_px", "must be odd");
@@ -134,7 +137,7 @@ std::string to_yaml(const SiteConfig& c) {
       << "  profile_name: " << quoted(c.dds.profile_name) << "\n";
   s << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
-    << "  matcher: " << (c.stereo.matcher == StereoConfig::Matcher::kBlock ? "bm" : "sgbm") << "\n"
+    << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"
     << "  block_px: " << c.stereo.block_px << "\n"
     << "  speckle_window_px: " << c.stereo.speckle_window_px << "\n"
     << "  uniqueness_percent: " << c.stereo.uniqueness_percent << "\n"

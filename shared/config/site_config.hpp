@@ -21,8 +21,8 @@ struct DdsConfig {
 };
 
 struct StereoConfig {
-  enum class Matcher { kBlock, kSemiGlobal };
-  Matcher matcher = Matcher::kBlock;  ///< matcher: bm | sgbm
+  enum class Matcher { kSgm, kBlock, kSgbm };
+  Matcher matcher = Matcher::kSgm;  ///< matcher: sgm | bm | sgbm (the last two: OpenCV's)
   bool paper = false;                 ///< preset: default | paper (eq. 10 disparities, full search)
   int block_px = 9;                   ///< odd, 5..21
   int speckle_window_px = 100;        ///< 0 = off

@@ -4,12 +4,13 @@
 #include <vector>
 
 #include "base/expects.hpp"
+#include "stereo/semi_global.hpp"
 
 namespace crane {
 namespace {
 constexpr int kReach = 4;
 constexpr int kStep = 2;
-constexpr std::uint16_t kOnePixel = 16;
+constexpr std::uint16_t kOnePixel = kDisparityScale;
 constexpr int kNeighbours = 24;
 }  // namespace
 

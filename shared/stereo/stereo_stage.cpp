@@ -8,6 +8,7 @@
 
 #include "base/clock.hpp"
 #include "stereo/disparity_support.hpp"
+#include "stereo/semi_global.hpp"
 
 namespace crane {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 /// Search range as a share of the camera's height above the floor, unless told otherwise: things up
 /// to nearly half of it, and holes in the floor. Each 16 px of disparity cost a sixth of the time.
 constexpr double kNearest = 0.52, kFarthest = 1.15;
-constexpr int kFraction = 16;             ///< OpenCV disparities have 4 fractional bits
+constexpr int kOpenCvScale = 16;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
 
 cv::Mat intrinsics(const CameraModel& c) {
@@ -56,7 +57,8 @@ struct StereoStage::Impl {
   RectifiedCamera camera;
   int first = 0, count = 0;
   cv::Mat map_left[2], map_right[2];
-  cv::Ptr<cv::StereoMatcher> matcher;
+  cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
+  std::unique_ptr<SemiGlobalMatcher> sgm;
   bool coloured = false;
   cv::Mat left_colour, left, right_grey, right, disparity;
 };
@@ -79,6 +81,8 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   if (auto usable = check_rig(rig, "calibration"); !usable) return usable.error();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
+  if (settings.paper && settings.matcher == StereoSettings::Matcher::kSgm)
+    impl->settings.matcher = StereoSettings::Matcher::kBlock;
   impl->size = {static_cast<int>(rig.left.width), static_cast<int>(rig.left.height)};
   const Eigen::Isometry3d T_right_left = rig.T_right_left();
   cv::Mat R(3, 3, CV_64F);
@@ -131,13 +135,25 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     const int last = static_cast<int>(std::ceil(fb / nearest));
     impl->count = std::max(16, (last - impl->first + 1 + 15) & -16);
   }
-  if (impl->first + impl->count > impl->size.width - settings.block_px)
+  if (impl->first + impl->count > impl->size.width - settings.block_px ||
+      (impl->settings.matcher == StereoSettings::Matcher::kSgm && impl->count > 256))
     return Error{ErrorCode::kConfiguration, "stereo",
                  "a search up to " + std::to_string(impl->first + impl->count) +
-                     " px is impossible in an image " + std::to_string(impl->size.width) +
-                     " px wide",
+                     " px, over " + std::to_string(impl->count) +
+                     " px, is impossible in an image " + std::to_string(impl->size.width) +
+                     " px wide (matcher sgm: at most 256 px)",
                  "raise stereo.nearest_m"};
-  impl->matcher = make_matcher(settings, impl->first, impl->count);
+  if (impl->settings.matcher == StereoSettings::Matcher::kSgm) {
+    SemiGlobalSettings sgm;
+    sgm.first_px = impl->first;
+    sgm.count_px = impl->count;
+    sgm.left_right_px = settings.left_right_px < 0 ? impl->count : settings.left_right_px;
+    impl->sgm = std::make_unique<SemiGlobalMatcher>(impl->size.width, impl->size.height, sgm);
+    impl->count = SemiGlobalMatcher::disparities(impl->count);
+  } else {
+    impl->opencv = make_matcher(impl->settings, impl->first, impl->count);
+  }
+  impl->disparity.create(impl->size, CV_16S);
   return StereoStage(std::move(impl));
 }
 
@@ -180,16 +196,26 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
   StereoReport report;
   try {
     const Stopwatch matching;
-    m.matcher->compute(m.left, m.right, m.disparity);
+    if (m.sgm) {
+      const auto view = [](const cv::Mat& image) {
+        return GreyView{image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+      };
+      report.too_near = m.sgm->match(view(m.left), view(m.right),
+                                     {m.disparity.ptr<std::int16_t>(), pixels}, out.confidence)
+                            .at_near_end;
+    } else {
+      m.opencv->compute(m.left, m.right, m.disparity);
+      m.disparity *= kDisparityScale / kOpenCvScale;
+    }
     report.match_ms = matching.ms();
 
     const Stopwatch depth;
     const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
     const auto first_valid = static_cast<std::int16_t>(
-        std::max(m.first * kFraction, m.settings.paper ? kFraction / 2 + 1 : 1));
+        std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
     disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
     // eq. 4: z = f b / d
-    const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kFraction);
+    const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kDisparityScale);
     for (std::size_t i = 0; i < pixels; ++i) {
       const bool matched = disparity[i] >= first_valid;
       const bool supported = m.settings.paper || out.confidence[i] >= kMinSupport;

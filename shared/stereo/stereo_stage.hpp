@@ -11,15 +11,19 @@ namespace crane {
 
 /// How two images become depth.
 struct StereoSettings {
-  enum class Matcher { kBlock, kSemiGlobal };
-  Matcher matcher = Matcher::kBlock;
-  /// Zhao et al. 2021, section 4.3: block 9, disparities by eq. 10 from 0, speckle window 100,
-  /// no left-right check, no support test.
+  enum class Matcher {
+    kSgm,    ///< SemiGlobalMatcher
+    kBlock,  ///< OpenCV's StereoBM
+    kSgbm,   ///< OpenCV's StereoSGBM, 3-way
+  };
+  Matcher matcher = Matcher::kSgm;
+  /// Zhao et al. 2021, section 4.3: OpenCV's matchers (kSgm counts as kBlock), block 9, disparities
+  /// by eq. 10 from 0, speckle window 100, no left-right check, no support test.
   bool paper = false;
-  int block_px = 9;
-  int speckle_window_px = 100;
-  int uniqueness_percent = 15;
-  int left_right_px = 1;
+  int block_px = 9;             ///< OpenCV's matchers only
+  int speckle_window_px = 100;  ///< OpenCV's matchers only
+  int uniqueness_percent = 15;  ///< OpenCV's matchers only
+  int left_right_px = 1;        ///< -1 = no check
   /// Depth range to search [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   double nearest_m = 0, farthest_m = 0;
 };
@@ -46,6 +50,7 @@ struct CloudImages {
 struct StereoReport {
   std::uint32_t matched = 0;      ///< pixels with depth
   std::uint32_t unsupported = 0;  ///< matches dropped because their neighbours disagree
+  std::uint32_t too_near = 0;     ///< best matches at the near end of the search: dropped
   double match_ms = 0, depth_ms = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "recording/recording.hpp"
 #include "recording/truth.hpp"
 #include "stereo/disparity_support.hpp"
+#include "stereo/semi_global.hpp"
 #include "stereo/stereo_stage.hpp"
 #include "temp_folder.hpp"
 
@@ -75,7 +76,7 @@ TEST(StereoStage, PaperPresetAndSemiGlobalMatchingWorkToo) {
   EXPECT_LT(share_bad(paper), 0.005);
   Matched sgbm;
   settings = {};
-  settings.matcher = StereoSettings::Matcher::kSemiGlobal;
+  settings.matcher = StereoSettings::Matcher::kSgbm;
   ASSERT_TRUE(match_first_frame(settings, sgbm));
   EXPECT_LT(share_bad(sgbm), 0.01);
 }
@@ -112,8 +113,8 @@ TEST(StereoStage, ABlackPairIsNoMatchAtAll) {
 }
 
 TEST(DisparitySupport, AnIsolatedMismatchHasNone) {
-  std::vector<std::int16_t> disparity(64 * 64, 40 * 16);
-  disparity[32 * 64 + 32] = 90 * 16;
+  std::vector<std::int16_t> disparity(64 * 64, 40 * kDisparityScale);
+  disparity[32 * 64 + 32] = 90 * kDisparityScale;
   std::vector<std::uint8_t> confidence(64 * 64);
   disparity_support(disparity, 64, 64, 1, confidence);
   EXPECT_LE(confidence[32 * 64 + 32], 1);

@@ -1,0 +1,222 @@
+#include "stereo/semi_global.hpp"
+
+#include <algorithm>
+#include <array>
+#include <barrier>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <thread>
+#include <vector>
+
+#include "base/expects.hpp"
+#include "stereo/semi_global_sweep.hpp"
+#include "stereo/subpixel.hpp"
+
+namespace crane {
+namespace {
+
+/// The largest pixel cost (31) and jump add up to 63: four paths fit a byte.
+constexpr int kP1 = 6, kJumpMax = 32, kJumpMin = 14;
+
+struct Free {
+  void operator()(void* p) const { std::free(p); }
+};
+using Bytes = std::unique_ptr<std::uint8_t, Free>;
+
+/// Uninitialised bytes, aligned for any vector.
+Bytes bytes(std::size_t size) {
+  void* p = std::aligned_alloc(64, (size + 63) & ~std::size_t{63});
+  if (p == nullptr) throw std::bad_alloc();
+  return Bytes(static_cast<std::uint8_t*>(p));
+}
+
+}  // namespace
+
+struct SemiGlobalMatcher::Impl {
+  int width, height;
+  SemiGlobalSettings settings;
+  int disparities, rows;  ///< searched; matched
+  std::array<std::vector<std::uint8_t>, kCensusPlanes> left, right;
+  std::ptrdiff_t left_stride, right_stride;
+  std::vector<std::uint8_t> p2_left, p2_above, margin;
+  std::vector<std::int16_t> winners, refined;
+  Bytes sums;
+  struct Direction {
+    Bytes path;
+    std::vector<std::uint8_t> right_best;
+    std::vector<std::int8_t> padded;
+  };
+  std::array<Direction, 2> directions;
+
+  /// Census of matched rows [from, to) of one image.
+  void census(const GreyView& image, int from, int to, bool mirrored, Direction& scratch) {
+    const int step = settings.row_step;
+    const int lines = (to - from - 1) * step + 1 + 2 * kCensusReachY;
+    const std::ptrdiff_t stride = width + 2 * kCensusReachX + kSlack;
+    scratch.padded.resize(static_cast<std::size_t>(lines * stride));
+    for (int line = 0; line < lines; ++line) {
+      const int y = std::clamp(from * step + line - kCensusReachY, 0, height - 1);
+      const std::uint8_t* pixels = image.pixels + y * image.stride;
+      std::int8_t* to_pixels = scratch.padded.data() + line * stride;
+      const int last = mirrored ? width - 1 : 0;
+      const int sign = mirrored ? -1 : 1;
+      for (int x = 0; x < width; ++x)
+        to_pixels[kCensusReachX + x] = static_cast<std::int8_t>(pixels[last + sign * x] - 128);
+      std::fill(to_pixels, to_pixels + kCensusReachX, to_pixels[kCensusReachX]);
+      std::fill(to_pixels + kCensusReachX + width, to_pixels + stride,
+                to_pixels[kCensusReachX + width - 1]);
+    }
+    const std::ptrdiff_t plane_stride = mirrored ? right_stride : left_stride;
+    for (int row = from; row < to; ++row) {
+      std::uint8_t* planes[kCensusPlanes];
+      for (std::size_t p = 0; p < kCensusPlanes; ++p)
+        planes[p] = (mirrored ? right : left)[p].data() + row * plane_stride;
+      census_row(
+          scratch.padded.data() + ((row - from) * step + kCensusReachY) * stride + kCensusReachX,
+          stride, width, mirrored, planes);
+      for (std::uint8_t* plane : planes)
+        std::fill(plane + width, plane + plane_stride, plane[width - 1]);
+    }
+  }
+
+  /// A jump where the brightness jumps costs less: depth edges lie there.
+  void jumps(const GreyView& image, int from, int to) {
+    const auto cost = [](int a, int b) {
+      return static_cast<std::uint8_t>(kJumpMax - std::min(kJumpMax - kJumpMin, std::abs(a - b)));
+    };
+    for (int row = from; row < to; ++row) {
+      const std::uint8_t* pixels = image.pixels + row * settings.row_step * image.stride;
+      const std::uint8_t* above = row > 0 ? pixels - settings.row_step * image.stride : pixels;
+      std::uint8_t* to_left = p2_left.data() + std::ptrdiff_t(row) * width;
+      std::uint8_t* to_above = p2_above.data() + std::ptrdiff_t(row) * width;
+      to_left[0] = kJumpMax;
+      for (int x = 1; x < width; ++x) to_left[x] = cost(pixels[x], pixels[x - 1]);
+      for (int x = 0; x < width; ++x) to_above[x] = cost(pixels[x], above[x]);
+    }
+  }
+};
+
+int SemiGlobalMatcher::disparities(int wanted) {
+  for (int n : {32, 64, 96, 128, 192})
+    if (n >= wanted) return n;
+  return kMaxDisparities;
+}
+
+SemiGlobalMatcher::SemiGlobalMatcher(int width, int height, const SemiGlobalSettings& settings)
+    : impl_(std::make_unique<Impl>()) {
+  expects(settings.first_px >= 0 && settings.count_px <= kMaxDisparities, "search range");
+  expects(settings.row_step == 1 || settings.row_step == 2, "row step is 1 or 2");
+  expects(width > settings.first_px + 2 * kCensusReachX && height > 4 * kCensusReachY,
+          "the image holds the search");
+  Impl& m = *impl_;
+  m.width = width;
+  m.height = height;
+  m.settings = settings;
+  m.disparities = disparities(settings.count_px);
+  m.rows = (height + settings.row_step - 1) / settings.row_step;
+  m.left_stride = width + kSlack;
+  m.right_stride = width + settings.first_px + m.disparities + kSlack;
+  for (auto& plane : m.left) plane.resize(std::size_t(m.rows * m.left_stride));
+  for (auto& plane : m.right) plane.resize(std::size_t(m.rows * m.right_stride));
+  const std::size_t pixels = std::size_t(width) * m.rows;
+  m.sums = bytes(pixels * m.disparities);
+  for (Impl::Direction& d : m.directions) {
+    d.path = bytes(std::size_t(width) * m.disparities);
+    d.right_best.resize(2 * std::size_t(width + settings.first_px + m.disparities + 2 * kSlack));
+  }
+  m.winners.resize(pixels);
+  m.refined.resize(pixels);
+  m.margin.resize(pixels);
+  m.p2_left.resize(pixels + 1);
+  m.p2_above.resize(pixels);
+}
+
+SemiGlobalMatcher::~SemiGlobalMatcher() = default;
+SemiGlobalMatcher::SemiGlobalMatcher(SemiGlobalMatcher&&) noexcept = default;
+
+SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& right,
+                                          std::span<std::int16_t> disparity,
+                                          std::span<std::uint8_t> confidence) {
+  Impl& m = *impl_;
+  const std::size_t pixels = std::size_t(m.width) * m.height;
+  expects(left.width == m.width && left.height == m.height && right.width == m.width &&
+              right.height == m.height,
+          "images have the matcher's size");
+  expects(disparity.size() == pixels && confidence.size() == pixels,
+          "outputs have the matcher's size");
+  SweepInput in;
+  in.width = m.width;
+  in.height = m.rows;
+  in.first = m.settings.first_px;
+  in.disparities = m.disparities;
+  for (std::size_t p = 0; p < kCensusPlanes; ++p) {
+    in.left[p] = m.left[p].data();
+    in.right[p] = m.right[p].data();
+  }
+  in.left_stride = m.left_stride;
+  in.right_stride = m.right_stride;
+  in.p1 = kP1;
+  in.p2_left = m.p2_left.data();
+  in.p2_above = m.p2_above.data();
+  in.sums = m.sums.get();
+
+  std::barrier<> meet(2);
+  std::array<SemiGlobalReport, 2> reports;
+  const int middle = m.rows / 2;
+  const auto work = [&](int direction) {
+    Impl::Direction& d = m.directions[direction > 0 ? 0 : 1];
+    SemiGlobalReport& report = reports[direction > 0 ? 0 : 1];
+    const int from = direction > 0 ? 0 : middle;
+    const int to = direction > 0 ? middle : m.rows;
+    m.census(left, from, to, false, d);
+    m.census(right, from, to, true, d);
+    m.jumps(left, from, to);
+    std::memset(d.path.get(), 0, std::size_t(m.width) * m.disparities);
+    SweepState state{d.path.get(), d.right_best.data()};
+    const SweepOutput out{m.winners.data(), m.margin.data(), m.settings.left_right_px,
+                          m.settings.uniqueness, &report.at_near_end};
+    meet.arrive_and_wait();  // the census of the other half
+    if (direction > 0)
+      sweep(in, state, 0, middle, 1, false, out);
+    else
+      sweep(in, state, m.rows - 1, middle - 1, -1, false, out);
+    meet.arrive_and_wait();  // the sums of the other half
+    if (direction > 0)
+      sweep(in, state, middle, m.rows, 1, true, out);
+    else
+      sweep(in, state, middle - 1, -1, -1, true, out);
+    meet.arrive_and_wait();  // the winners of the other half
+    const int step = m.settings.row_step;
+    refine_subpixel({left.pixels, right.pixels, left.stride * step, right.stride * step,
+                     m.winners.data(), m.width, m.rows},
+                    from, to, m.refined.data());
+    meet.arrive_and_wait();  // the first refined row of the other half
+    for (int row = from; row < to; ++row) {
+      const std::int16_t* a = m.refined.data() + std::ptrdiff_t(row) * m.width;
+      const std::int16_t* b = row + 1 < m.rows ? a + m.width : a;
+      const std::uint8_t* margin = m.margin.data() + std::ptrdiff_t(row) * m.width;
+      std::int16_t* d0 = disparity.data() + std::ptrdiff_t(row) * step * m.width;
+      std::uint8_t* c0 = confidence.data() + std::ptrdiff_t(row) * step * m.width;
+      for (int x = 0; x < m.width; ++x) {
+        d0[x] = a[x];
+        c0[x] = a[x] > 0 ? margin[x] : std::uint8_t{0};
+        report.matched += a[x] > 0;
+      }
+      if (step == 1 || row * step + 1 >= m.height) continue;
+      for (int x = 0; x < m.width; ++x) {
+        const bool same = a[x] > 0 && b[x] > 0 && std::abs(a[x] - b[x]) <= kDisparityScale;
+        d0[m.width + x] = same ? static_cast<std::int16_t>((a[x] + b[x]) / 2) : std::int16_t{0};
+        c0[m.width + x] = same ? margin[x] : std::uint8_t{0};
+        report.matched += same;
+      }
+    }
+  };
+  std::jthread other(work, -1);
+  work(1);
+  other.join();
+  return {reports[0].matched + reports[1].matched,
+          reports[0].at_near_end + reports[1].at_near_end};
+}
+
+}  // namespace crane

@@ -1,0 +1,136 @@
+// No Eigen, OpenCV or standard containers here: what this file compiles with wide instructions must
+// not be merged by the linker into code for every processor.
+#include "stereo/subpixel.hpp"
+
+#include <cstdlib>
+
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
+#if defined(__x86_64__)
+#define HWY_BASELINE_TARGETS HWY_SSE4
+#endif
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "stereo/subpixel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace crane::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using F32 = hn::ScalableTag<float>;
+using Floats = hn::Vec<F32>;
+constexpr int kReachX = 3, kReachY = 2;  ///< window 7 x 5
+constexpr float kUnit = 32;           ///< disparity units of a pixel
+constexpr float kSameSurface = 1.0F;  ///< [px]
+constexpr float kNone = -1e4F;        ///< disparity of a pixel without one: no surface's
+/// Brightness noise over the error of the disparity before: grey levels^2 / px^2. Weak texture
+/// moves the disparity little.
+constexpr float kPrior = 150;
+constexpr float kMaxChange = 0.75F;  ///< [px]
+
+/// One row prepared: disparity, gradient along the row, and gradient * disparity - difference, so
+/// that for a surface at disparity s: target = gradient * s.
+struct Row {
+  float* disparity;
+  float* gradient;
+  float* target;
+};
+
+void prepare(const SubpixelInput& in, int y, const Row& row) {
+  const std::uint8_t* left = in.left + y * in.left_stride;
+  const std::uint8_t* right = in.right + y * in.right_stride;
+  const std::int16_t* d = in.disparity + std::ptrdiff_t(y) * in.width;
+  for (int x = 0; x < in.width; ++x) {
+    const int whole = d[x] >> 5;
+    const int r = x - whole - 1;  // the point lies between r and r + 1, or on r + 1
+    row.disparity[x] = kNone;
+    row.gradient[x] = row.target[x] = 0;
+    if (d[x] <= 0 || r < 1 || r + 2 >= in.width || x + 1 >= in.width) continue;
+    const float f = 1 - float(d[x] & 31) / kUnit;
+    const float a = right[r - 1], b = right[r], c = right[r + 1], e = right[r + 2];
+    const float there = b + f * (c - b);
+    const float slope = (c - a) + f * ((e - b) - (c - a));  // twice the gradient
+    const float gradient = 0.25F * (float(left[x + 1] - left[x - 1]) + slope);
+    const float disparity = float(d[x]) / kUnit;
+    row.disparity[x] = disparity;
+    row.gradient[x] = gradient;
+    row.target[x] = gradient * disparity - (float(left[x]) - there);
+  }
+}
+
+void Refine(const SubpixelInput& in, int from, int to, std::int16_t* out) {
+  const F32 d;
+  const hn::RebindToSigned<F32> di;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kRows = 2 * kReachY + 1;
+  constexpr int kEdge = 16;  // floats before and after a row: no surface there
+  const std::ptrdiff_t row_size = in.width + 2 * kEdge;
+  float* memory = static_cast<float*>(std::malloc(sizeof(float) * 3 * kRows * row_size));
+  if (memory == nullptr) std::abort();
+  Row ring[kRows];
+  for (int i = 0; i < kRows; ++i) {
+    float* at = memory + 3 * i * row_size;
+    for (std::ptrdiff_t x = 0; x < 3 * row_size; ++x) at[x] = x < row_size ? kNone : 0;
+    ring[i] = {at + kEdge, at + row_size + kEdge, at + 2 * row_size + kEdge};
+  }
+  const auto slot = [](int y) { return (y + kRows) % kRows; };
+  for (int y = from - kReachY; y < from + kReachY; ++y)
+    if (y >= 0 && y < in.rows) prepare(in, y, ring[slot(y)]);
+  for (int y = from; y < to; ++y) {
+    if (y + kReachY < in.rows) prepare(in, y + kReachY, ring[slot(y + kReachY)]);
+    const int first = y < kReachY ? -y : -kReachY;
+    const int last = y + kReachY < in.rows ? kReachY : in.rows - 1 - y;
+    const float* centre = ring[slot(y)].disparity;
+    for (int x = 0; x < in.width; x += lanes) {
+      const Floats here = hn::LoadU(d, centre + x);
+      Floats n = hn::Zero(d), g = n, t = n, gg = n, gt = n;
+      for (int dy = first; dy <= last; ++dy) {
+        const Row& row = ring[slot(y + dy)];
+        for (int dx = -kReachX; dx <= kReachX; ++dx) {
+          const Floats there = hn::LoadU(d, row.disparity + x + dx);
+          const auto same = hn::Le(hn::Abs(hn::Sub(there, here)), hn::Set(d, kSameSurface));
+          const Floats gradient = hn::IfThenElseZero(same, hn::LoadU(d, row.gradient + x + dx));
+          const Floats target = hn::IfThenElseZero(same, hn::LoadU(d, row.target + x + dx));
+          n = hn::Add(n, hn::IfThenElseZero(same, hn::Set(d, 1.0F)));
+          g = hn::Add(g, gradient);
+          t = hn::Add(t, target);
+          gg = hn::MulAdd(gradient, gradient, gg);
+          gt = hn::MulAdd(gradient, target, gt);
+        }
+      }
+      // target = gradient * s + offset, both unknown; s is pulled to `here` by the prior.
+      const Floats mean = hn::Div(g, hn::Max(n, hn::Set(d, 1.0F)));
+      const Floats weight = hn::Sub(gg, hn::Mul(mean, g));
+      const Floats change = hn::Div(
+          hn::Sub(hn::Sub(gt, hn::Mul(mean, t)), hn::Mul(weight, here)),
+          hn::Add(weight, hn::Set(d, kPrior)));
+      const Floats limited =
+          hn::Min(hn::Max(change, hn::Set(d, -kMaxChange)), hn::Set(d, kMaxChange));
+      const Floats refined = hn::Mul(hn::Add(here, limited), hn::Set(d, kUnit));
+      const auto valid = hn::Gt(here, hn::Zero(d));
+      alignas(64) std::int32_t result[64 / sizeof(std::int32_t)];
+      hn::Store(hn::NearestInt(hn::IfThenElseZero(valid, refined)), di, result);
+      const int end = in.width - x < lanes ? in.width - x : lanes;
+      std::int16_t* to_pixels = out + std::ptrdiff_t(y) * in.width + x;
+      const std::int16_t* before = in.disparity + std::ptrdiff_t(y) * in.width + x;
+      for (int i = 0; i < end; ++i)
+        to_pixels[i] = result[i] > 0 ? static_cast<std::int16_t>(result[i]) : before[i];
+    }
+  }
+  std::free(memory);
+}
+
+}  // namespace crane::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace crane {
+
+HWY_EXPORT(Refine);
+
+void refine_subpixel(const SubpixelInput& in, int from, int to, std::int16_t* out) {
+  HWY_DYNAMIC_DISPATCH(Refine)(in, from, to, out);
+}
+
+}  // namespace crane
+#endif
