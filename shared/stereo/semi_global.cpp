@@ -40,7 +40,9 @@ struct SemiGlobalMatcher::Impl {
   std::array<std::vector<std::uint8_t>, kCensusPlanes> left, right;
   std::ptrdiff_t left_stride, right_stride;
   std::vector<std::uint8_t> p2_left, p2_above, margin;
-  std::vector<std::int16_t> winners, refined;
+  std::vector<std::int16_t> winners, settled;
+  std::vector<std::uint8_t> settled_confidence;
+  std::vector<float> refined, weight;
   Bytes sums;
   struct Direction {
     Bytes path;
@@ -126,7 +128,10 @@ SemiGlobalMatcher::SemiGlobalMatcher(int width, int height, const SemiGlobalSett
     d.right_best.resize(2 * std::size_t(width + settings.first_px + m.disparities + 2 * kSlack));
   }
   m.winners.resize(pixels);
+  m.settled.resize(pixels);
+  m.settled_confidence.resize(pixels);
   m.refined.resize(pixels);
+  m.weight.resize(pixels);
   m.margin.resize(pixels);
   m.p2_left.resize(pixels + 1);
   m.p2_above.resize(pixels);
@@ -161,6 +166,7 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
   in.p2_above = m.p2_above.data();
   in.sums = m.sums.get();
 
+  const Subpixel subpixel{m.refined.data(), m.weight.data()};
   std::barrier<> meet(2);
   std::array<SemiGlobalReport, 2> reports;
   const int middle = m.rows / 2;
@@ -190,24 +196,27 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
     const int step = m.settings.row_step;
     refine_subpixel({left.pixels, right.pixels, left.stride * step, right.stride * step,
                      m.winners.data(), m.width, m.rows},
-                    from, to, m.refined.data());
-    meet.arrive_and_wait();  // the first refined row of the other half
+                    from, to, subpixel);
+    meet.arrive_and_wait();  // the refined rows of the other half
+    settle_subpixel(subpixel, m.width, m.rows, from, to, m.settled.data(),
+                    m.settled_confidence.data());
+    meet.arrive_and_wait();  // the first settled row of the other half
     for (int row = from; row < to; ++row) {
-      const std::int16_t* a = m.refined.data() + std::ptrdiff_t(row) * m.width;
+      const std::int16_t* a = m.settled.data() + std::ptrdiff_t(row) * m.width;
       const std::int16_t* b = row + 1 < m.rows ? a + m.width : a;
-      const std::uint8_t* margin = m.margin.data() + std::ptrdiff_t(row) * m.width;
+      const std::uint8_t* trust = m.settled_confidence.data() + std::ptrdiff_t(row) * m.width;
       std::int16_t* d0 = disparity.data() + std::ptrdiff_t(row) * step * m.width;
       std::uint8_t* c0 = confidence.data() + std::ptrdiff_t(row) * step * m.width;
       for (int x = 0; x < m.width; ++x) {
         d0[x] = a[x];
-        c0[x] = a[x] > 0 ? margin[x] : std::uint8_t{0};
+        c0[x] = trust[x];
         report.matched += a[x] > 0;
       }
       if (step == 1 || row * step + 1 >= m.height) continue;
       for (int x = 0; x < m.width; ++x) {
         const bool same = a[x] > 0 && b[x] > 0 && std::abs(a[x] - b[x]) <= kDisparityScale;
         d0[m.width + x] = same ? static_cast<std::int16_t>((a[x] + b[x]) / 2) : std::int16_t{0};
-        c0[m.width + x] = same ? margin[x] : std::uint8_t{0};
+        c0[m.width + x] = same ? trust[x] : std::uint8_t{0};
         report.matched += same;
       }
     }
@@ -215,8 +224,7 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
   std::jthread other(work, -1);
   work(1);
   other.join();
-  return {reports[0].matched + reports[1].matched,
-          reports[0].at_near_end + reports[1].at_near_end};
+  return {reports[0].matched + reports[1].matched, reports[0].at_near_end + reports[1].at_near_end};
 }
 
 }  // namespace crane

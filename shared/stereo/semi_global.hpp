@@ -19,10 +19,10 @@ struct GreyView {
 
 struct SemiGlobalSettings {
   int first_px = 0;
-  int count_px = 64;      ///< rounded up to what the inner loops can do; see disparities()
-  int row_step = 2;       ///< 2: every other row is matched, those between come from both neighbours
+  int count_px = 64;  ///< rounded up to what the inner loops can do; see disparities()
+  int row_step = 2;   ///< 2: every other row is matched, those between come from both neighbours
   int left_right_px = 1;  ///< allowed difference between the left and the right winner
-  int uniqueness = 4;     ///< least margin of the winner over the second best, of 252
+  int uniqueness = 16;    ///< least margin of the winner over the second best, of 252
 };
 
 struct SemiGlobalReport {

@@ -3,7 +3,8 @@
 #include "stereo/semi_global_sweep.hpp"
 
 // From SSE4 (every PC since 2008) or NEON upwards; wider than 32 lanes would not be used.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
+#define HWY_DISABLED_TARGETS \
+  (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
 #if defined(__x86_64__)
 #define HWY_BASELINE_TARGETS HWY_SSE4
 #endif
@@ -136,7 +137,8 @@ struct RightWinners {
       hn::StoreU(disparity[0], U8(), mirrored);
       for (int v = 0; v < V; ++v) {
         cost[v] = slide_down(cost[v], v + 1 < V ? cost[v + 1 < V ? v + 1 : 0] : wall);
-        disparity[v] = slide_down(disparity[v], v + 1 < V ? disparity[v + 1 < V ? v + 1 : 0] : wall);
+        disparity[v] =
+            slide_down(disparity[v], v + 1 < V ? disparity[v + 1 < V ? v + 1 : 0] : wall);
       }
     }
   }
@@ -181,7 +183,8 @@ HWY_INLINE int first_set(const hn::Mask<U8> (&masks)[V]) {
     const std::uint64_t both = std::uint64_t{high} << 32 | low;
     if (both != 0) return v * kLanes + __builtin_ctzll(both);
   }
-  return (V - 1) * kLanes + __builtin_ctz(static_cast<std::uint32_t>(_mm256_movemask_epi8(masks[V - 1].raw)));
+  return (V - 1) * kLanes +
+         __builtin_ctz(static_cast<std::uint32_t>(_mm256_movemask_epi8(masks[V - 1].raw)));
 #else
   for (int v = 0; v + 1 < V; ++v)
     if (const auto i = hn::FindFirstTrue(U8(), masks[v]); i >= 0)
@@ -206,7 +209,8 @@ HWY_INLINE void find_winner(const Bytes (&sum)[V], int first, std::int16_t& disp
   const int i = first_set<V>(is_least);
   Bytes second = set(255);
   for (int v = 0; v < V; ++v)
-    second = hn::Min(second, hn::Or(sum[v], hn::LoadU(d, kNear.of + kMaxDisparities - i + v * kLanes)));
+    second =
+        hn::Min(second, hn::Or(sum[v], hn::LoadU(d, kNear.of + kMaxDisparities - i + v * kLanes)));
   const int cost = hn::GetLane(least);
   margin = static_cast<std::uint8_t>(hn::GetLane(min_everywhere(second)) - cost);
   const int before = s[kLanes + i - 1] - cost;
@@ -275,8 +279,7 @@ struct Sweep {
             cost[v] = hn::Add(
                 cost[v],
                 hn::TableLookupBytes(
-                    table,
-                    hn::Xor(signature, hn::LoadU(d, right_census[r][p] - x + v * kLanes))));
+                    table, hn::Xor(signature, hn::LoadU(d, right_census[r][p] - x + v * kLanes))));
         }
         along[r].step(cost, p1, set(p2_along[r][x]));
         down.step(cost, p1, set(p2_down[r][x]));
@@ -317,11 +320,10 @@ struct Sweep {
       const int i = (disparity[x] + kHalfScale) / (2 * kHalfScale) - in.first;
       const int right_x = x - in.first - i;
       const int difference = mirrored[in.width - 1 - right_x] - i;
-      const bool agreed = right_x >= 0 && difference <= out.left_right &&
-                          -difference <= out.left_right;
+      const bool agreed =
+          right_x >= 0 && difference <= out.left_right && -difference <= out.left_right;
       near += agreed && i == V * kLanes - 1 ? 1 : 0;
-      const bool good =
-          agreed && margin[x] >= out.uniqueness && i > 0 && i + 1 < V * kLanes;
+      const bool good = agreed && margin[x] >= out.uniqueness && i > 0 && i + 1 < V * kLanes;
       disparity[x] = good ? disparity[x] : std::int16_t{0};
     }
     *out.at_near_end += near;
@@ -348,12 +350,18 @@ void sweep_blocks(const SweepInput& in, SweepState& state, int y_from, int y_to,
 void SweepRows(const SweepInput& in, SweepState& state, int y_from, int y_to, int direction,
                bool finish, const SweepOutput& out) {
   switch (in.disparities / kDisparityStep) {
-    case 1: return sweep_blocks<1>(in, state, y_from, y_to, direction, finish, out);
-    case 2: return sweep_blocks<2>(in, state, y_from, y_to, direction, finish, out);
-    case 3: return sweep_blocks<3>(in, state, y_from, y_to, direction, finish, out);
-    case 4: return sweep_blocks<4>(in, state, y_from, y_to, direction, finish, out);
-    case 6: return sweep_blocks<6>(in, state, y_from, y_to, direction, finish, out);
-    default: return sweep_blocks<8>(in, state, y_from, y_to, direction, finish, out);
+    case 1:
+      return sweep_blocks<1>(in, state, y_from, y_to, direction, finish, out);
+    case 2:
+      return sweep_blocks<2>(in, state, y_from, y_to, direction, finish, out);
+    case 3:
+      return sweep_blocks<3>(in, state, y_from, y_to, direction, finish, out);
+    case 4:
+      return sweep_blocks<4>(in, state, y_from, y_to, direction, finish, out);
+    case 6:
+      return sweep_blocks<6>(in, state, y_from, y_to, direction, finish, out);
+    default:
+      return sweep_blocks<8>(in, state, y_from, y_to, direction, finish, out);
   }
 }
 

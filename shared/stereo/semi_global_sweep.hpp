@@ -19,10 +19,10 @@ inline constexpr int kMaxDisparities = 256;
 /// Bytes that may be read or written beyond what is of use in a row.
 inline constexpr int kSlack = 64;
 
-/// Centre-symmetric census over 7 x 7 pixels: 24 bits, each whether a pixel is brighter than the one
-/// opposite. `padded` is a row pointer into an image with kCensusReach* pixels around it, brightness
-/// minus 128; writes `width` bytes to each plane, rounded up to 32. `mirrored`: the image is, and
-/// gets the same signatures as if it were not.
+/// Centre-symmetric census over 7 x 7 pixels: 24 bits, each whether a pixel is brighter than the
+/// one opposite. `padded` is a row pointer into an image with kCensusReach* pixels around it,
+/// brightness minus 128; writes `width` bytes to each plane, rounded up to 32. `mirrored`: the
+/// image is, and gets the same signatures as if it were not.
 void census_row(const std::int8_t* padded, std::ptrdiff_t stride, int width, bool mirrored,
                 std::uint8_t* const planes[kCensusPlanes]);
 

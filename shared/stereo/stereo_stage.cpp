@@ -138,10 +138,9 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   if (impl->first + impl->count > impl->size.width - settings.block_px ||
       (impl->settings.matcher == StereoSettings::Matcher::kSgm && impl->count > 256))
     return Error{ErrorCode::kConfiguration, "stereo",
-                 "a search up to " + std::to_string(impl->first + impl->count) +
-                     " px, over " + std::to_string(impl->count) +
-                     " px, is impossible in an image " + std::to_string(impl->size.width) +
-                     " px wide (matcher sgm: at most 256 px)",
+                 "a search up to " + std::to_string(impl->first + impl->count) + " px, over " +
+                     std::to_string(impl->count) + " px, is impossible in an image " +
+                     std::to_string(impl->size.width) + " px wide (matcher sgm: at most 256 px)",
                  "raise stereo.nearest_m"};
   if (impl->settings.matcher == StereoSettings::Matcher::kSgm) {
     SemiGlobalSettings sgm;
@@ -198,10 +197,12 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     const Stopwatch matching;
     if (m.sgm) {
       const auto view = [](const cv::Mat& image) {
-        return GreyView{image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+        return GreyView{image.data, image.cols, image.rows,
+                        static_cast<std::ptrdiff_t>(image.step)};
       };
-      report.too_near = m.sgm->match(view(m.left), view(m.right),
-                                     {m.disparity.ptr<std::int16_t>(), pixels}, out.confidence)
+      report.too_near = m.sgm
+                            ->match(view(m.left), view(m.right),
+                                    {m.disparity.ptr<std::int16_t>(), pixels}, out.confidence)
                             .at_near_end;
     } else {
       m.opencv->compute(m.left, m.right, m.disparity);
@@ -213,12 +214,13 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
     const auto first_valid = static_cast<std::int16_t>(
         std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
-    disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
+    if (!m.sgm)
+      disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
     // eq. 4: z = f b / d
     const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kDisparityScale);
     for (std::size_t i = 0; i < pixels; ++i) {
       const bool matched = disparity[i] >= first_valid;
-      const bool supported = m.settings.paper || out.confidence[i] >= kMinSupport;
+      const bool supported = m.settings.paper || m.sgm || out.confidence[i] >= kMinSupport;
       report.unsupported += matched && !supported ? 1 : 0;
       report.matched += matched && supported ? 1 : 0;
       out.depth_m[i] = matched && supported ? fb / static_cast<float>(disparity[i]) : 0.0F;

@@ -4,7 +4,8 @@
 
 #include <cstdlib>
 
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
+#define HWY_DISABLED_TARGETS \
+  (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
 #if defined(__x86_64__)
 #define HWY_BASELINE_TARGETS HWY_SSE4
 #endif
@@ -20,12 +21,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 using F32 = hn::ScalableTag<float>;
 using Floats = hn::Vec<F32>;
 constexpr int kReachX = 3, kReachY = 2;  ///< window 7 x 5
-constexpr float kUnit = 32;           ///< disparity units of a pixel
-constexpr float kSameSurface = 1.0F;  ///< [px]
-constexpr float kNone = -1e4F;        ///< disparity of a pixel without one: no surface's
+constexpr float kUnit = 32;              ///< disparity units of a pixel
+constexpr float kSameSurface = 1.0F;     ///< [px]
 /// Brightness noise over the error of the disparity before: grey levels^2 / px^2. Weak texture
 /// moves the disparity little.
-constexpr float kPrior = 150;
+constexpr float kPrior = 100;
 constexpr float kMaxChange = 0.75F;  ///< [px]
 
 /// One row prepared: disparity, gradient along the row, and gradient * disparity - difference, so
@@ -43,7 +43,7 @@ void prepare(const SubpixelInput& in, int y, const Row& row) {
   for (int x = 0; x < in.width; ++x) {
     const int whole = d[x] >> 5;
     const int r = x - whole - 1;  // the point lies between r and r + 1, or on r + 1
-    row.disparity[x] = kNone;
+    row.disparity[x] = kNoDisparity;
     row.gradient[x] = row.target[x] = 0;
     if (d[x] <= 0 || r < 1 || r + 2 >= in.width || x + 1 >= in.width) continue;
     const float f = 1 - float(d[x] & 31) / kUnit;
@@ -58,9 +58,8 @@ void prepare(const SubpixelInput& in, int y, const Row& row) {
   }
 }
 
-void Refine(const SubpixelInput& in, int from, int to, std::int16_t* out) {
+void Refine(const SubpixelInput& in, int from, int to, const Subpixel& out) {
   const F32 d;
-  const hn::RebindToSigned<F32> di;
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kRows = 2 * kReachY + 1;
   constexpr int kEdge = 16;  // floats before and after a row: no surface there
@@ -70,7 +69,7 @@ void Refine(const SubpixelInput& in, int from, int to, std::int16_t* out) {
   Row ring[kRows];
   for (int i = 0; i < kRows; ++i) {
     float* at = memory + 3 * i * row_size;
-    for (std::ptrdiff_t x = 0; x < 3 * row_size; ++x) at[x] = x < row_size ? kNone : 0;
+    for (std::ptrdiff_t x = 0; x < 3 * row_size; ++x) at[x] = x < row_size ? kNoDisparity : 0;
     ring[i] = {at + kEdge, at + row_size + kEdge, at + 2 * row_size + kEdge};
   }
   const auto slot = [](int y) { return (y + kRows) % kRows; };
@@ -101,23 +100,86 @@ void Refine(const SubpixelInput& in, int from, int to, std::int16_t* out) {
       // target = gradient * s + offset, both unknown; s is pulled to `here` by the prior.
       const Floats mean = hn::Div(g, hn::Max(n, hn::Set(d, 1.0F)));
       const Floats weight = hn::Sub(gg, hn::Mul(mean, g));
-      const Floats change = hn::Div(
-          hn::Sub(hn::Sub(gt, hn::Mul(mean, t)), hn::Mul(weight, here)),
-          hn::Add(weight, hn::Set(d, kPrior)));
+      const Floats change = hn::Div(hn::Sub(hn::Sub(gt, hn::Mul(mean, t)), hn::Mul(weight, here)),
+                                    hn::Add(weight, hn::Set(d, kPrior)));
       const Floats limited =
           hn::Min(hn::Max(change, hn::Set(d, -kMaxChange)), hn::Set(d, kMaxChange));
-      const Floats refined = hn::Mul(hn::Add(here, limited), hn::Set(d, kUnit));
       const auto valid = hn::Gt(here, hn::Zero(d));
-      alignas(64) std::int32_t result[64 / sizeof(std::int32_t)];
-      hn::Store(hn::NearestInt(hn::IfThenElseZero(valid, refined)), di, result);
-      const int end = in.width - x < lanes ? in.width - x : lanes;
-      std::int16_t* to_pixels = out + std::ptrdiff_t(y) * in.width + x;
-      const std::int16_t* before = in.disparity + std::ptrdiff_t(y) * in.width + x;
-      for (int i = 0; i < end; ++i)
-        to_pixels[i] = result[i] > 0 ? static_cast<std::int16_t>(result[i]) : before[i];
+      const Floats refined =
+          hn::IfThenElse(valid, hn::Add(here, limited), hn::Set(d, kNoDisparity));
+      const std::ptrdiff_t at = std::ptrdiff_t(y) * in.width + x;
+      if (x + lanes <= in.width) {
+        hn::StoreU(refined, d, out.disparity + at);
+        hn::StoreU(weight, d, out.weight + at);
+      } else {
+        alignas(64) float rest[2][16];
+        hn::Store(refined, d, rest[0]);
+        hn::Store(weight, d, rest[1]);
+        for (int i = 0; x + i < in.width; ++i) {
+          out.disparity[at + i] = rest[0][i];
+          out.weight[at + i] = rest[1][i];
+        }
+      }
     }
   }
   std::free(memory);
+}
+
+constexpr int kStride = 3, kTaps = 2;     ///< taps of a window of 13 x 13
+constexpr float kSupport = 8;             ///< taps on the same surface, of 25, itself included
+constexpr float kBrightnessNoise = 2.8F;  ///< of a difference of two pixels [grey levels]
+constexpr float kSurroundings = 300;      ///< weight of the mean around
+
+void Settle(const Subpixel& in, int width, int rows, int from, int to, std::int16_t* disparity,
+            std::uint8_t* confidence) {
+  const F32 d;
+  const hn::RebindToSigned<F32> di;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kMargin = kStride * kTaps;
+  for (int y = from; y < to; ++y) {
+    std::int16_t* to_disparity = disparity + std::ptrdiff_t(y) * width;
+    std::uint8_t* to_confidence = confidence + std::ptrdiff_t(y) * width;
+    for (int x = 0; x < width; ++x) to_disparity[x] = 0, to_confidence[x] = 0;
+    for (int x = kMargin; x < width - kMargin; x += lanes) {
+      if (x + lanes > width - kMargin) x = width - kMargin - lanes;  // the last ones once more
+      const std::ptrdiff_t at = std::ptrdiff_t(y) * width + x;
+      const Floats here = hn::LoadU(d, in.disparity + at);
+      Floats n = hn::Zero(d), sum = n, weights = n;
+      for (int dy = -kTaps; dy <= kTaps; ++dy) {
+        const int row = y + kStride * dy;
+        if (row < 0 || row >= rows) continue;
+        const std::ptrdiff_t tap = std::ptrdiff_t(row) * width + x;
+        for (int dx = -kMargin; dx <= kMargin; dx += kStride) {
+          const Floats there = hn::LoadU(d, in.disparity + tap + dx);
+          const auto same = hn::Le(hn::Abs(hn::Sub(there, here)), hn::Set(d, kSameSurface));
+          const Floats weight = hn::IfThenElseZero(
+              same, hn::Add(hn::LoadU(d, in.weight + tap + dx), hn::Set(d, 1.0F)));
+          n = hn::Add(n, hn::IfThenElseZero(same, hn::Set(d, 1.0F)));
+          weights = hn::Add(weights, weight);
+          sum = hn::MulAdd(weight, there, sum);
+        }
+      }
+      const Floats mean = hn::Div(sum, hn::Max(weights, hn::Set(d, 1.0F)));
+      const Floats own = hn::LoadU(d, in.weight + at);
+      const Floats around = hn::Min(hn::Mul(weights, hn::Set(d, 0.25F)), hn::Set(d, kSurroundings));
+      const Floats total = hn::Add(hn::Add(own, around), hn::Set(d, 1.0F));
+      const Floats settled = hn::Add(here, hn::Mul(hn::Sub(mean, here), hn::Div(around, total)));
+      // sigma = noise / sqrt(total)
+      const Floats trust =
+          hn::Mul(hn::Sqrt(total), hn::Set(d, 255 * kBestSigmaPx / kBrightnessNoise));
+      const auto good = hn::And(hn::Gt(here, hn::Zero(d)), hn::Ge(n, hn::Set(d, kSupport)));
+      alignas(64) std::int32_t result[2][16];
+      hn::Store(hn::NearestInt(hn::IfThenElseZero(good, hn::Mul(settled, hn::Set(d, kUnit)))), di,
+                result[0]);
+      hn::Store(hn::NearestInt(hn::IfThenElseZero(
+                    good, hn::Min(hn::Max(trust, hn::Set(d, 1.0F)), hn::Set(d, 255.0F)))),
+                di, result[1]);
+      for (int i = 0; i < lanes; ++i) {
+        to_disparity[x + i] = static_cast<std::int16_t>(result[0][i]);
+        to_confidence[x + i] = static_cast<std::uint8_t>(result[1][i]);
+      }
+    }
+  }
 }
 
 }  // namespace crane::HWY_NAMESPACE
@@ -127,9 +189,15 @@ HWY_AFTER_NAMESPACE();
 namespace crane {
 
 HWY_EXPORT(Refine);
+HWY_EXPORT(Settle);
 
-void refine_subpixel(const SubpixelInput& in, int from, int to, std::int16_t* out) {
+void refine_subpixel(const SubpixelInput& in, int from, int to, const Subpixel& out) {
   HWY_DYNAMIC_DISPATCH(Refine)(in, from, to, out);
+}
+
+void settle_subpixel(const Subpixel& in, int width, int rows, int from, int to,
+                     std::int16_t* disparity, std::uint8_t* confidence) {
+  HWY_DYNAMIC_DISPATCH(Settle)(in, width, rows, from, to, disparity, confidence);
 }
 
 }  // namespace crane

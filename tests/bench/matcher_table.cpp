@@ -1,5 +1,6 @@
 // Matchers side by side on frames with true depth, and on real pairs with true disparity.
-// usage: cranemap-matcher-table RECORDING [FRAMES]   or   cranemap-matcher-table --pair LEFT RIGHT TRUTH SCALE MAX
+// usage: cranemap-matcher-table RECORDING [FRAMES]   or   cranemap-matcher-table --pair LEFT RIGHT
+// TRUTH SCALE MAX
 
 #include <algorithm>
 #include <cmath>
@@ -91,7 +92,8 @@ void add(Score& s, const Pair& pair, const Matcher& match) {
   s.density += double(matched) / double(seen_n);
   s.bad1 += double(bad1) / double(known);
   s.bad2 += double(bad2) / double(known);
-  std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(errors.size() / 2), errors.end());
+  std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(errors.size() / 2),
+                   errors.end());
   s.median += errors[errors.size() / 2];
   const double mean = sum / double(known - bad1);
   s.bias += mean;
@@ -153,8 +155,8 @@ std::vector<Row> rows() {
 }
 
 void table(const std::vector<Pair>& pairs) {
-  std::printf("%-18s %8s %9s %8s %8s %10s %8s %8s\n", "matcher", "ms", "density", "bad>1 %", "bad>2 %",
-              "median px", "bias px", "sd px");
+  std::printf("%-18s %8s %9s %8s %8s %10s %8s %8s\n", "matcher", "ms", "density", "bad>1 %",
+              "bad>2 %", "median px", "bias px", "sd px");
   double reference = 0;
   for (const Row& row : rows()) {
     Score s;
@@ -200,8 +202,8 @@ std::vector<Pair> from_recording(const std::string& folder, std::size_t max_fram
     p.name = f.left_file;
     cv::remap(cv::imread(f.left_file, cv::IMREAD_GRAYSCALE), p.left, m1, m2, cv::INTER_LINEAR);
     cv::remap(cv::imread(f.right_file, cv::IMREAD_GRAYSCALE), p.right, n1, n2, cv::INTER_LINEAR);
-    std::string truth = folder + "/truth/depth0/" +
-                        f.left_file.substr(f.left_file.rfind('/') + 1, 19) + ".png";
+    std::string truth =
+        folder + "/truth/depth0/" + f.left_file.substr(f.left_file.rfind('/') + 1, 19) + ".png";
     const cv::Mat mm = cv::imread(truth, cv::IMREAD_UNCHANGED);
     if (mm.empty()) continue;
     cv::Mat rectified;
