@@ -17,7 +17,7 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
         const double x = grid.origin_x_m + (column + 0.5) * grid.cell_m;
         const double y = grid.origin_y_m + (row + 0.5) * grid.cell_m;
         if (cell.surface == client::Surface::kUnknown ||
-            std::hypot(x - o.x_m, y - o.y_m) > 0.7 * o.inner_radius_m())
+            std::hypot(x - o.x_m, y - o.y_m) > 0.7 * o.level_radius_m())
           continue;
         heights.push_back(cell.height_m);
       }

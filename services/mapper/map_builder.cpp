@@ -139,10 +139,10 @@ void MapBuilder::integrate(CloudSample& cloud) {
     account_for(cloud, added.ok());
   } else {
     const IntegrationReport report = integrator_.integrate(cloud.frame, cloud.exposure_time, *map_);
-    if (report.points == 0) dropped.add("cloud without a single match");
-    dropped.set("points outside z_min..z_max", dropped_points_ += report.out_of_range);
+    if (report.surfaces.points == 0) dropped.add("cloud without a single match");
+    dropped.set("points outside z_min..z_max", dropped_points_ += report.surfaces.out_of_range);
     dropped.set("blocks beyond max_memory_mib", map_->refused_blocks());
-    account_for(cloud, report.points > 0);
+    account_for(cloud, report.surfaces.points > 0);
   }
   stages.add("integrate", watch.ms());
 }

@@ -17,7 +17,8 @@ using PointCloud = std::vector<Point>;
 struct DepthFrame {
   std::uint32_t width = 0, height = 0;  ///< [px]
   double f_px = 0, cx_px = 0, cy_px = 0;
-  double baseline_m = 0, sigma_disparity_px = 0;  ///< sigma_z = z^2 / (f b) * sigma_disparity
+  /// sigma_z = z^2 / (f b) * sigma_disparity * 255 / confidence
+  double baseline_m = 0, sigma_disparity_px = 0;
   const float* depth_m = nullptr;                 ///< 0 = no match: no evidence
   const std::uint8_t* confidence = nullptr;       ///< 0..255
   const std::uint8_t* colour = nullptr;           ///< BGR; nullptr = none

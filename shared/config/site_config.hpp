@@ -31,7 +31,7 @@ struct StereoConfig {
   /// Search range as depth [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   /// What stands nearer to the camera gets no match: it stays unknown, never free.
   double nearest_m = 0, farthest_m = 0;
-  double sigma_disparity_px = 0.15;  ///< standard deviation of a good match
+  double sigma_disparity_px = 0.05;  ///< standard deviation of a match of confidence 255
 };
 
 struct MapperConfig {

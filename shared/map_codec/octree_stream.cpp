@@ -143,7 +143,7 @@ struct ColourWriter {
   Value voxel(const Block& block, int index) {
     Value v;
     v.log_odds = block.log_odds[std::size_t(index)];
-    v.known = v.log_odds != 0;
+    v.known = classify(v.log_odds) != Occupancy::kUnknown;
     if (!v.known) return v;
     const auto& layer = block.surface[std::size_t(index / kTileColumns)];
     if (v.log_odds > 0 && layer) {

@@ -22,7 +22,8 @@ Error damaged(const char* what) {
 }
 
 bool has_content(const Block& block) {
-  return std::any_of(block.log_odds.begin(), block.log_odds.end(), [](auto v) { return v != 0; });
+  return std::any_of(block.log_odds.begin(), block.log_odds.end(),
+                     [](auto v) { return classify(v) != Occupancy::kUnknown; });
 }
 
 }  // namespace
@@ -48,8 +49,7 @@ Bytes encode_tile(const Tile& tile) {
     for (std::size_t i = 0; i < kBlockVoxels; i += 4) {
       unsigned byte = 0;
       for (std::size_t k = 0; k < 4; ++k) {
-        const int v = block->log_odds[i + k];
-        byte |= (v > 0 ? 2U : v < 0 ? 1U : 0U) << (2 * k);
+        byte |= static_cast<unsigned>(classify(block->log_odds[i + k])) << (2 * k);
       }
       raw[start + i / 4] = static_cast<std::uint8_t>(byte);
     }

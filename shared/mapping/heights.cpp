@@ -19,7 +19,7 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
         const int voxel_z = it->first * kTileEdge + z;
         if (have_top && voxel_z < top - 1) break;
         const int index = z * kTileColumns + column;
-        if (block.log_odds[static_cast<std::size_t>(index)] <= 0) continue;
+        if (block.at(index) != Occupancy::kOccupied) continue;
         const double height = map.surface_height_m(block, index, voxel_z);
         if (!have_top) {
           have_top = true;

@@ -21,7 +21,17 @@ inline constexpr int kBlockVoxels = kTileColumns * kTileEdge;
 /// Log-odds in 1/32: OctoMap's defaults (hit 0.85, miss -0.4, limits -2 and 3.5).
 inline constexpr int kHit = 27, kMiss = -13, kLogOddsMin = -64, kLogOddsMax = 112;
 
+/// From here on a voxel is believed to be occupied: one certain observation, or several uncertain
+/// ones that agree. Between 0 and this it is unknown, never free.
+inline constexpr int kBelieved = 20;
+
 enum class Occupancy : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
+
+constexpr Occupancy classify(int log_odds) {
+  return log_odds >= kBelieved ? Occupancy::kOccupied
+         : log_odds < 0        ? Occupancy::kFree
+                               : Occupancy::kUnknown;
+}
 
 /// What is known of the surface inside an occupied voxel.
 struct Surface {
@@ -36,8 +46,7 @@ struct Block {
   std::array<std::unique_ptr<std::array<Surface, kTileColumns>>, kTileEdge> surface;  ///< per layer
 
   [[nodiscard]] Occupancy at(int index) const {
-    const int v = log_odds[static_cast<std::size_t>(index)];
-    return v > 0 ? Occupancy::kOccupied : v < 0 ? Occupancy::kFree : Occupancy::kUnknown;
+    return classify(log_odds[static_cast<std::size_t>(index)]);
   }
 };
 

@@ -2,24 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace crane {
 namespace {
 
-/// Share of a cell's pixels that must have a match before its rays clear anything.
-constexpr double kMinMatchedShare = 0.5;
-/// Share of the pixels a level voxel face covers that must hit a voxel before it is believed.
-constexpr double kMinHitShare = 0.06;
-constexpr std::uint32_t kNoiseRatio = 3;
-constexpr float kNoDepth = std::numeric_limits<float>::infinity();
+constexpr int kCube = 8;  ///< voxels along an edge of what is freed at once
+/// A surface less certain than this share of a voxel joins one that is there, within this many
+/// sigmas.
+constexpr double kUncertain = 0.5, kJoin = 2;
+constexpr int kHitLeast = 7;  ///< three of them are believed
+constexpr int kJoinMax = 8;   ///< voxels
 
-double mean_depth(const DepthFrame& f) {
-  double sum = 0;
-  std::uint64_t n = 0;
-  for (std::size_t i = 0; i < std::size_t(f.width) * f.height; i += 97)
-    if (f.depth_m[i] > 0) sum += f.depth_m[i], ++n;
-  return n > 0 ? sum / double(n) : 0;
+/// Eight voxels seen through. False when they were as free as can be.
+bool free_eight(std::int8_t* log_odds) {
+  constexpr std::uint64_t kAllFree = 0x0101010101010101ULL * static_cast<std::uint8_t>(kLogOddsMin);
+  std::uint64_t now = 0;
+  std::memcpy(&now, log_odds, sizeof now);
+  if (now == kAllFree) return false;
+  for (int i = 0; i < kCube; ++i) OccupancyMap::update(log_odds[i], kMiss);
+  return true;
 }
 
 }  // namespace
@@ -27,231 +30,166 @@ double mean_depth(const DepthFrame& f) {
 IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeNs time,
                                                   OccupancyMap& map) {
   IntegrationReport report;
-  mean_depth_m_ = mean_depth(frame);
-  if (!(mean_depth_m_ > 0)) return report;  // nothing matched: no evidence
-  const double voxel_px = map.voxel_m() * frame.f_px / mean_depth_m_;
-  // About 3 x 3 samples on the face of a voxel are enough for its mean height.
-  stride_px_ = std::clamp(static_cast<int>(voxel_px / 3), 1, 8);
-  const double samples = voxel_px * voxel_px / (stride_px_ * stride_px_);
-  min_points_ = static_cast<std::uint32_t>(std::max(1.0, std::round(kMinHitShare * samples)));
-  gather_hits(frame, map, report);
-  build_nearest(frame, std::clamp(static_cast<int>(voxel_px / 2), 1, 32));
-  carve_free(frame, map, report);
-  apply_hits(time, map, report);
+  const std::vector<SurfaceHit>& hits =
+      surfaces_.find(frame, map.voxel_m(), settings_.z_min_m, settings_.z_max_m, report.surfaces);
+  if (report.surfaces.points + report.surfaces.out_of_range == 0) return report;  // no evidence
+  free_.build(frame, surfaces_.cell_px());
+  carve(frame, map, report);
+  for (const SurfaceHit& hit : hits) apply(hit, time, map, report);
   return report;
 }
 
-void ProjectiveIntegrator::gather_hits(const DepthFrame& f, const OccupancyMap& map,
-                                       IntegrationReport& report) {
-  hits_.clear();
-  const Eigen::Matrix3f R = f.T_map_rectified.linear().cast<float>();
-  const Eigen::Vector3d t = f.T_map_rectified.translation();
-  const auto inverse_f = static_cast<float>(1 / f.f_px);
-  const double inverse_voxel = 1 / map.voxel_m();
-  const auto step = static_cast<std::uint32_t>(stride_px_);
-  for (std::uint32_t v = step / 2; v < f.height; v += step)
-    for (std::uint32_t u = step / 2; u < f.width; u += step) {
-      const std::size_t i = std::size_t(v) * f.width + u;
-      const float depth = f.depth_m[i];
-      if (!(depth > 0)) continue;
-      const Eigen::Vector3f p_rectified((float(u) - float(f.cx_px)) * inverse_f * depth,
-                                        (float(v) - float(f.cy_px)) * inverse_f * depth, depth);
-      const Eigen::Vector3d p_map = (R * p_rectified).cast<double>() + t;
-      if (p_map.z() < settings_.z_min_m || p_map.z() > settings_.z_max_m) {
-        ++report.out_of_range;
-        continue;
-      }
-      HitTable::Hit& hit = hits_.at(static_cast<int>(std::floor(p_map.x() * inverse_voxel)),
-                                    static_cast<int>(std::floor(p_map.y() * inverse_voxel)),
-                                    static_cast<int>(std::floor(p_map.z() * inverse_voxel)));
-      ++hit.count;
-      hit.height_sum_m += static_cast<float>(p_map.z());
-      if (f.colour != nullptr) {
-        hit.b_sum += f.colour[3 * i];
-        hit.g_sum += f.colour[3 * i + 1];
-        hit.r_sum += f.colour[3 * i + 2];
-      }
-      ++report.points;
-    }
-}
+void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
+                                 IntegrationReport& report) {
+  const double farthest = free_.farthest_m();
+  if (!(farthest > 0)) return;
+  const double voxel = map.voxel_m();
+  const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
+  Projection& p = projection_;
+  p.R = (T_rectified_map.linear() * voxel).cast<float>();
+  p.t = T_rectified_map.translation();
+  p.voxel_m = voxel;
+  p.focal = static_cast<float>(f.f_px / free_.cell_px());
+  p.cu = static_cast<float>((f.cx_px + 0.5) / free_.cell_px());
+  p.cv = static_cast<float>((f.cy_px + 0.5) / free_.cell_px());
+  p.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
+  p.near_m = static_cast<float>(voxel);
 
-void ProjectiveIntegrator::build_nearest(const DepthFrame& f, int cell_px) {
-  cell_px_ = cell_px;
-  cells_x_ = static_cast<int>(f.width) / cell_px;
-  cells_y_ = static_cast<int>(f.height) / cell_px;
-  const std::size_t cells = std::size_t(cells_x_) * std::size_t(cells_y_);
-  nearest_.assign(cells, 0);
-  row_minimum_.resize(cells);
-  free_depth_.resize(cells);
-  farthest_m_ = 0;
-  const int wanted = std::max(1, static_cast<int>(kMinMatchedShare * cell_px * cell_px));
-  for (int cy = 0; cy < cells_y_; ++cy)
-    for (int cx = 0; cx < cells_x_; ++cx) {
-      float low = kNoDepth;
-      float high = 0;
-      int matched = 0;
-      for (int dy = 0; dy < cell_px; ++dy) {
-        const float* row =
-            f.depth_m + (std::size_t(cy) * cell_px + dy) * f.width + std::size_t(cx) * cell_px;
-        for (int dx = 0; dx < cell_px; ++dx)
-          if (row[dx] > 0) low = std::min(low, row[dx]), high = std::max(high, row[dx]), ++matched;
-      }
-      if (matched < wanted) continue;
-      nearest_[std::size_t(cy) * cells_x_ + cx] = low;
-      farthest_m_ = std::max(farthest_m_, high);
-    }
-  // The nearest of 3 x 3 cells, less two sigma: a voxel covers more than one cell, and what is
-  // claimed free must be free at the nearest plausible depth. Empty neighbours do not count.
-  const auto low_of = [](float a, float b) { return a > 0 && (b <= 0 || a < b) ? a : b; };
-  for (int cy = 0; cy < cells_y_; ++cy)
-    for (int cx = 0; cx < cells_x_; ++cx) {
-      const float* row = nearest_.data() + std::size_t(cy) * cells_x_;
-      float low = row[cx];
-      if (cx > 0) low = low_of(low, row[cx - 1]);
-      if (cx + 1 < cells_x_) low = low_of(low, row[cx + 1]);
-      row_minimum_[std::size_t(cy) * cells_x_ + cx] = low;
-    }
-  const auto sigma_scale = static_cast<float>(f.sigma_disparity_px / (f.f_px * f.baseline_m));
-  for (int cy = 0; cy < cells_y_; ++cy)
-    for (int cx = 0; cx < cells_x_; ++cx) {
-      const std::size_t i = std::size_t(cy) * cells_x_ + cx;
-      float low = row_minimum_[i];
-      if (cy > 0) low = low_of(low, row_minimum_[i - cells_x_]);
-      if (cy + 1 < cells_y_) low = low_of(low, row_minimum_[i + cells_x_]);
-      free_depth_[i] = nearest_[i] > 0 ? low - 2 * sigma_scale * low * low : 0;
-    }
-}
-
-void ProjectiveIntegrator::carve_free(const DepthFrame& f, OccupancyMap& map,
-                                      IntegrationReport& report) {
-  if (!(farthest_m_ > 0)) return;
-  // Map rectangle under the frustum: its four corners at the farthest depth and the camera.
+  // Map box around the frustum: its four corners at the farthest depth, and the camera.
   Eigen::AlignedBox3d box;
   box.extend(f.T_map_rectified.translation());
   for (int corner = 0; corner < 4; ++corner) {
     const double u = (corner & 1) != 0 ? f.width : 0;
     const double v = (corner & 2) != 0 ? f.height : 0;
-    box.extend(f.T_map_rectified * Eigen::Vector3d((u - f.cx_px) / f.f_px * farthest_m_,
-                                                   (v - f.cy_px) / f.f_px * farthest_m_,
-                                                   double(farthest_m_)));
+    box.extend(f.T_map_rectified * Eigen::Vector3d((u - f.cx_px) / f.f_px * farthest,
+                                                   (v - f.cy_px) / f.f_px * farthest, farthest));
   }
   const double z_low = std::max(box.min().z(), settings_.z_min_m);
   const double z_high = std::min(box.max().z(), settings_.z_max_m);
   if (!(z_low < z_high)) return;
-  const int tx0 = tile_of(map.index(box.min().x()));
   const int tx1 = tile_of(map.index(box.max().x()));
-  const int ty0 = tile_of(map.index(box.min().y()));
   const int ty1 = tile_of(map.index(box.max().y()));
-  const int bz0 = tile_of(map.index(z_low));
   const int bz1 = tile_of(map.index(z_high));
-  for (int ty = ty0; ty <= ty1; ++ty)
-    for (int tx = tx0; tx <= tx1; ++tx) {
+  for (int ty = tile_of(map.index(box.min().y())); ty <= ty1; ++ty)
+    for (int tx = tile_of(map.index(box.min().x())); tx <= tx1; ++tx) {
       Tile& tile = map.tile({tx, ty});
-      for (int bz = bz0; bz <= bz1; ++bz) carve_block(f, tile, bz, map, report);
+      for (int bz = tile_of(map.index(z_low)); bz <= bz1; ++bz) carve_block(tile, bz, map, report);
     }
 }
 
-void ProjectiveIntegrator::carve_block(const DepthFrame& f, Tile& tile, int block_z,
-                                       OccupancyMap& map, IntegrationReport& report) {
-  const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
-  const double voxel = map.voxel_m();
-  const auto corner_of = [&](int x, int y, int z) {
-    return Eigen::Vector3d((tile.key.x * kTileEdge + x) * voxel,
-                           (tile.key.y * kTileEdge + y) * voxel, (block_z * kTileEdge + z) * voxel);
-  };
-  // Outside the view or behind all that is seen: nothing to do. Corners in front of the camera
-  // bound the block's image.
-  double z_near = std::numeric_limits<double>::max();
-  double u_low = z_near, u_high = -z_near, v_low = z_near, v_high = -z_near;
-  for (int c = 0; c < 8; ++c) {
-    const Eigen::Vector3d p =
-        T_rectified_map *
-        corner_of((c & 1) * kTileEdge, (c >> 1 & 1) * kTileEdge, (c >> 2) * kTileEdge);
-    z_near = std::min(z_near, p.z());
-    const double z = std::max(p.z(), 0.05);
-    u_low = std::min(u_low, p.x() / z), u_high = std::max(u_high, p.x() / z);
-    v_low = std::min(v_low, p.y() / z), v_high = std::max(v_high, p.y() / z);
-  }
-  if (z_near > farthest_m_) return;
-  if (z_near > 0.05 && (u_high * f.f_px + f.cx_px < 0 || u_low * f.f_px + f.cx_px > f.width ||
-                        v_high * f.f_px + f.cy_px < 0 || v_low * f.f_px + f.cy_px > f.height))
-    return;
+bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
+  if (centre.z() < projection_.near_m) return false;
+  const float scale = projection_.focal / centre.z();
+  return centre.z() + projection_.reach_m <
+         free_.at(centre.x() * scale + projection_.cu, centre.y() * scale + projection_.cv);
+}
 
+void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map,
+                                       IntegrationReport& report) {
+  const Projection& p = projection_;
   const auto found = tile.blocks.find(block_z);
   Block* block = found == tile.blocks.end() ? nullptr : found->second.get();
-  const Eigen::Matrix3f R = T_rectified_map.linear().cast<float>();
-  const auto step = static_cast<float>(voxel);
-  const Eigen::Vector3f along_x = step * R.col(0);
-  const bool level = std::abs(along_x.z()) < 1e-6F * step;  // no tilt: one depth a row
-  // From the centre to the farthest point of the voxel along the view.
-  const float reach = 0.5F * step * (std::abs(R(2, 0)) + std::abs(R(2, 1)) + std::abs(R(2, 2)));
-  const auto focal = static_cast<float>(f.f_px / cell_px_);
-  const auto cu = static_cast<float>((f.cx_px + 0.5) / cell_px_);
-  const auto cv = static_cast<float>((f.cy_px + 0.5) / cell_px_);
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
   const int z_last = std::min(kTileEdge - 1, map.index(settings_.z_max_m) - block_z * kTileEdge);
-  const auto columns = static_cast<float>(cells_x_);
-  const auto rows = static_cast<float>(cells_y_);
-  std::uint64_t freed = 0;
-  for (int z = z_first; z <= z_last; ++z)
-    for (int y = 0; y < kTileEdge; ++y) {
-      const Eigen::Vector3d centre = corner_of(0, y, z) + Eigen::Vector3d::Constant(0.5 * voxel);
-      const Eigen::Vector3f p0 = (T_rectified_map * centre).cast<float>();
-      if (level && (p0.z() < step || p0.z() + reach >= farthest_m_)) continue;
-      float inverse_z = focal / p0.z();
-      for (int x = 0; x < kTileEdge; ++x) {
-        const float depth = p0.z() + float(x) * along_x.z();
-        if (!level) {
-          if (depth < step) continue;
-          inverse_z = focal / depth;
+  // Centre of the block's first voxel, in the camera.
+  const Eigen::Vector3d first = p.R.cast<double>() * Eigen::Vector3d(tile.key.x * kTileEdge + 0.5,
+                                                                     tile.key.y * kTileEdge + 0.5,
+                                                                     block_z * kTileEdge + 0.5) +
+                                p.t;
+  for (int z0 = 0; z0 < kTileEdge; z0 += kCube) {
+    if (z0 + kCube <= z_first || z0 > z_last) continue;
+    const bool whole = z0 >= z_first && z0 + kCube - 1 <= z_last;
+    for (int y0 = 0; y0 < kTileEdge; y0 += kCube)
+      for (int x0 = 0; x0 < kTileEdge; x0 += kCube) {
+        const Eigen::Vector3f corner =
+            first.cast<float>() + p.R * Eigen::Vector3f(float(x0), float(y0), float(z0));
+        // Where the centres of the cube's voxels can lie: the hull of those at its corners.
+        float near = std::numeric_limits<float>::max();
+        float far = 0;
+        float u0 = near, u1 = -near, v0 = near, v1 = -near;
+        for (int c = 0; c < 8; ++c) {
+          const Eigen::Vector3f q =
+              corner +
+              (kCube - 1) * p.R * Eigen::Vector3f(float(c & 1), float(c >> 1 & 1), float(c >> 2));
+          near = std::min(near, q.z());
+          far = std::max(far, q.z());
+          const float scale = p.focal / std::max(q.z(), p.near_m);
+          u0 = std::min(u0, q.x() * scale), u1 = std::max(u1, q.x() * scale);
+          v0 = std::min(v0, q.y() * scale), v1 = std::max(v1, q.y() * scale);
         }
-        const float a = (p0.x() + float(x) * along_x.x()) * inverse_z + cu;
-        const float b = (p0.y() + float(x) * along_x.y()) * inverse_z + cv;
-        if (!(a >= 0 && b >= 0 && a < columns && b < rows)) continue;
-        const float limit = free_depth_[std::size_t(int(b)) * cells_x_ + std::size_t(int(a))];
-        if (depth + reach >= limit) continue;
+        if (far < p.near_m || near + p.reach_m >= free_.farthest_m()) continue;
+        FreeDepth::Range range;
+        if (near >= p.near_m) {
+          constexpr float kRounding = 0.01F;
+          u0 += p.cu - kRounding, u1 += p.cu + kRounding;
+          v0 += p.cv - kRounding, v1 += p.cv + kRounding;
+          if (!free_.touches(u0, v0, u1, v1)) continue;
+          range = free_.range(u0, v0, u1, v1);
+          if (near + p.reach_m >= range.high) continue;
+        }
         if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return;
-        std::int8_t& log_odds =
-            block->log_odds[static_cast<std::size_t>((z * kTileEdge + y) * kTileEdge + x)];
-        ++freed;
-        if (log_odds == kLogOddsMin) continue;
-        // A voxel with points of this very frame is not free, whatever passes beside them.
-        if (log_odds > kMiss && hits_.count(tile.key.x * kTileEdge + x, tile.key.y * kTileEdge + y,
-                                            block_z * kTileEdge + z) > 0)
+        std::int8_t* log_odds = block->log_odds.data();
+        if (whole && far + p.reach_m < range.low) {
+          bool changed = false;
+          for (int z = z0; z < z0 + kCube; ++z)
+            for (int y = y0; y < y0 + kCube; ++y)
+              changed |= free_eight(log_odds + (z * kTileEdge + y) * kTileEdge + x0);
+          tile.changed |= changed;
+          report.freed += kCube * kCube * kCube;
           continue;
-        OccupancyMap::update(log_odds, kMiss);
-        tile.changed = true;
+        }
+        for (int z = std::max(z0, z_first); z <= std::min(z0 + kCube - 1, z_last); ++z)
+          for (int y = y0; y < y0 + kCube; ++y) {
+            Eigen::Vector3f centre =
+                corner + p.R * Eigen::Vector3f(0, float(y - y0), float(z - z0));
+            std::int8_t* row = log_odds + (z * kTileEdge + y) * kTileEdge + x0;
+            for (int x = 0; x < kCube; ++x, centre += p.R.col(0)) {
+              if (!is_free(centre)) continue;
+              ++report.freed;
+              if (row[x] == kLogOddsMin) continue;
+              OccupancyMap::update(row[x], kMiss);
+              tile.changed = true;
+            }
+          }
       }
-    }
-  report.freed += freed;
+  }
 }
 
-void ProjectiveIntegrator::apply_hits(TimeNs time, OccupancyMap& map, IntegrationReport& report) {
-  hits_.for_each([&](const HitTable::Hit& hit) {
-    // A voxel with few points right beside one with many, above or below, holds the noise of the
-    // surface in the other one. A surface on the border of two has about half of them in each, a
-    // wall the same number in all.
-    const std::uint32_t beside =
-        std::max(hits_.count(hit.x, hit.y, hit.z - 1), hits_.count(hit.x, hit.y, hit.z + 1));
-    if (hit.count < min_points_ || kNoiseRatio * hit.count < beside) {
-      ++report.weak;
-      return;
+void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map,
+                                 IntegrationReport& report) {
+  Tile& tile = map.tile({tile_of(hit.x), tile_of(hit.y)});
+  const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
+  int z = hit.z;
+  int strength = kHit;
+  if (hit.sigma_m > kUncertain * map.voxel_m()) {
+    strength =
+        std::max(kHitLeast, static_cast<int>(kHit * kUncertain * map.voxel_m() / hit.sigma_m));
+    // Less certain than a voxel: the same surface as the one that is there already.
+    const int reach =
+        std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * hit.sigma_m / map.voxel_m())));
+    int best = 0;
+    for (int k = hit.z - reach; k <= hit.z + reach; ++k) {
+      const auto found = tile.blocks.find(tile_of(k));
+      if (found == tile.blocks.end()) continue;
+      const int there = found->second->log_odds[std::size_t(in_tile(k) * kTileColumns + column)];
+      if (there > best) best = there, z = k;
     }
-    Tile& tile = map.tile({tile_of(hit.x), tile_of(hit.y)});
-    Block* block = map.block(tile, tile_of(hit.z));
-    if (block == nullptr) return;
-    const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
-    const int index = in_tile(hit.z) * kTileColumns + column;
-    OccupancyMap::update(block->log_odds[static_cast<std::size_t>(index)], kHit);
-    const auto mean = [&hit](std::uint32_t sum) {
-      return static_cast<std::uint8_t>(sum / hit.count);
-    };
-    map.observe_surface(*block, index, hit.z, double(hit.height_sum_m) / hit.count, mean(hit.r_sum),
-                        mean(hit.g_sum), mean(hit.b_sum));
-    tile.last_observed[static_cast<std::size_t>(column)] = time;
-    tile.changed = true;
-    ++report.occupied;
-  });
+  }
+  Block* block = map.block(tile, tile_of(z));
+  if (block == nullptr) return;
+  const int index = in_tile(z) * kTileColumns + column;
+  std::int8_t& log_odds = block->log_odds[static_cast<std::size_t>(index)];
+  // A voxel with a surface in this very frame is not free, whatever passes beside it.
+  const Eigen::Vector3f centre =
+      (projection_.R.cast<double>() * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
+       projection_.t)
+          .cast<float>();
+  if (is_free(centre)) OccupancyMap::update(log_odds, -kMiss);
+  OccupancyMap::update(log_odds, strength);
+  map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
+  tile.last_observed[static_cast<std::size_t>(column)] = time;
+  tile.changed = true;
+  ++report.occupied;
 }
 
 }  // namespace crane

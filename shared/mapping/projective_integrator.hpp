@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
-#include "mapping/hit_table.hpp"
+#include "mapping/free_depth.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping/surface_finder.hpp"
 
 namespace crane {
 
@@ -14,16 +14,15 @@ struct IntegratorSettings {
 };
 
 struct IntegrationReport {
-  std::uint64_t points = 0;        ///< depth samples used
-  std::uint64_t occupied = 0;      ///< voxels observed occupied
-  std::uint64_t weak = 0;          ///< voxels with too few points to be believed
-  std::uint64_t freed = 0;         ///< voxels observed free
-  std::uint64_t out_of_range = 0;  ///< points below z_min or above z_max
+  SurfaceReport surfaces;
+  std::uint64_t occupied = 0;  ///< voxels observed occupied
+  std::uint64_t freed = 0;     ///< voxels observed free
 };
 
-/// One organised cloud into the map: occupied where points lie, free where measured rays pass,
-/// untouched behind the surface and where nothing matched. No ray casting: each voxel of the
-/// frustum is projected once. Cost is that of what is seen, not of the map.
+/// One organised cloud into the map: occupied where surfaces are found, free where measured rays
+/// pass, untouched behind the surface and where nothing matched. No ray casting: cubes of 8^3
+/// voxels are projected into the depth image and freed or left at once, and voxel by voxel only
+/// where a surface passes through them. Cost is that of what is seen, not of the map.
 class ProjectiveIntegrator {
  public:
   explicit ProjectiveIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
@@ -32,22 +31,26 @@ class ProjectiveIntegrator {
   IntegrationReport integrate(const DepthFrame& frame, TimeNs time, OccupancyMap& map);
 
  private:
-  void gather_hits(const DepthFrame& frame, const OccupancyMap& map, IntegrationReport& report);
-  void build_nearest(const DepthFrame& frame, int cell_px);
-  void carve_free(const DepthFrame& frame, OccupancyMap& map, IntegrationReport& report);
-  void carve_block(const DepthFrame& frame, Tile& tile, int block_z, OccupancyMap& map,
-                   IntegrationReport& report);
-  void apply_hits(TimeNs time, OccupancyMap& map, IntegrationReport& report);
+  /// How map points fall on the cells of FreeDepth.
+  struct Projection {
+    Eigen::Matrix3f R;  ///< rectified camera from map, per voxel
+    Eigen::Vector3d t;  ///< position of map origin in the camera, [m]
+    double voxel_m = 0;
+    float focal = 0, cu = 0, cv = 0;  ///< in cells
+    float reach_m = 0;  ///< from a voxel's centre to its farthest point along the view
+    float near_m = 0;   ///< voxels nearer to the camera are not looked at
+  };
+  void carve(const DepthFrame& frame, OccupancyMap& map, IntegrationReport& report);
+  void carve_block(Tile& tile, int block_z, OccupancyMap& map, IntegrationReport& report);
+  void carve_cube(int x0, int y0, int z0, const Eigen::Vector3f& corner, std::int8_t* log_odds,
+                  Tile& tile, IntegrationReport& report) const;
+  [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
+  void apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map, IntegrationReport& report);
 
   IntegratorSettings settings_;
-  HitTable hits_;
-  // The depth image in cells: what a ray through a cell is known to see free.
-  int cell_px_ = 1, cells_x_ = 0, cells_y_ = 0;
-  std::vector<float> nearest_, row_minimum_, free_depth_;
-  float farthest_m_ = 0;
-  double mean_depth_m_ = 0;
-  int stride_px_ = 1;
-  std::uint32_t min_points_ = 1;
+  SurfaceFinder surfaces_;
+  FreeDepth free_;
+  Projection projection_;
 };
 
 }  // namespace crane

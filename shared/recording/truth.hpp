@@ -33,8 +33,9 @@ struct TrueObstacle {
   double size_x_m = 0, size_y_m = 0, yaw_rad = 0;  ///< rectangular ones
   double length_m = 0;                             ///< lying pipes
 
-  /// Radius of a circle that surely lies inside the footprint.
-  [[nodiscard]] double inner_radius_m() const {
+  /// Radius of a circle over which the top is level, to 2 % of the radius for a lying pipe.
+  [[nodiscard]] double level_radius_m() const {
+    if (length_m > 0) return 0.2 * radius_m;
     return radius_m > 0 ? radius_m : 0.5 * (size_x_m < size_y_m ? size_x_m : size_y_m);
   }
   [[nodiscard]] double measured_height_m() const {

@@ -36,7 +36,7 @@ class MapBuilderTest : public ::testing::Test {
     c.frame.cx_px = 79.5;
     c.frame.cy_px = 44.5;
     c.frame.baseline_m = 0.12;
-    c.frame.sigma_disparity_px = 0.1;
+    c.frame.sigma_disparity_px = 0.05;
     c.depth_m.assign(160 * 90, 1.95F);
     c.confidence.assign(160 * 90, 255);
     return c;

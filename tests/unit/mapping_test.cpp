@@ -14,6 +14,7 @@ constexpr std::size_t kPlenty = 1U << 30U;
 /// A camera `height_m` above a floor, with a box of `box_m` under it; every pixel matched.
 struct View {
   std::vector<float> depth;
+  std::vector<std::uint8_t> confidence;
   DepthFrame frame;
 
   View(double height_m, double box_m, std::uint32_t width = 320, std::uint32_t height = 240) {
@@ -29,6 +30,7 @@ struct View {
     frame.T_map_rectified.linear() = down;
     frame.T_map_rectified.translation() = Eigen::Vector3d(0, 0, height_m);
     depth.resize(std::size_t(width) * height);
+    confidence.assign(depth.size(), 255);
     for (std::uint32_t v = 0; v < height; ++v)
       for (std::uint32_t u = 0; u < width; ++u) {
         const double z_box = height_m - box_m;
@@ -37,6 +39,7 @@ struct View {
         depth[std::size_t(v) * width + u] = static_cast<float>(on_box ? z_box : height_m);
       }
     frame.depth_m = depth.data();
+    frame.confidence = confidence.data();
   }
 };
 
@@ -45,7 +48,7 @@ TEST(ProjectiveIntegrator, MapsSurfacesOccupiedSpaceAboveFreeAndLeavesBelowUnkno
   OccupancyMap map(0.05, kPlenty);
   ProjectiveIntegrator integrator({-0.3, 1.8});
   const IntegrationReport report = integrator.integrate(view.frame, 1, map);
-  EXPECT_GT(report.points, 1000U);
+  EXPECT_GT(report.surfaces.points, 1000U);
   EXPECT_EQ(map.at(map.index(0.6), map.index(0.6), map.index(0.001)), Occupancy::kOccupied);
   EXPECT_EQ(map.at(map.index(0.5), map.index(0.5), map.index(0.4)), Occupancy::kFree);
   EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.5001)), Occupancy::kOccupied);
@@ -60,7 +63,7 @@ TEST(ProjectiveIntegrator, PixelsWithoutAMatchAreNoEvidence) {
   std::fill(view.depth.begin(), view.depth.end(), 0.0F);
   OccupancyMap map(0.05, kPlenty);
   const IntegrationReport report = ProjectiveIntegrator({}).integrate(view.frame, 1, map);
-  EXPECT_EQ(report.points, 0U);
+  EXPECT_EQ(report.surfaces.points, 0U);
   EXPECT_EQ(report.freed, 0U);
   EXPECT_TRUE(map.tiles().empty());
 }
