@@ -128,7 +128,9 @@ void Refine(const SubpixelInput& in, int from, int to, const Subpixel& out) {
 constexpr int kStride = 3, kTaps = 2;     ///< taps of a window of 13 x 13
 constexpr float kSupport = 8;             ///< taps on the same surface, of 25, itself included
 constexpr float kBrightnessNoise = 2.8F;  ///< of a difference of two pixels [grey levels]
-constexpr float kSurroundings = 300;      ///< weight of the mean around
+constexpr float kNoiseTexture = 40;       ///< weight that noise alone gives
+constexpr float kSurroundingsTrust = 60;
+constexpr float kSurroundings = 300;  ///< weight of the mean around
 
 void Settle(const Subpixel& in, int width, int rows, int from, int to, std::int16_t* disparity,
             std::uint8_t* confidence) {
@@ -144,29 +146,39 @@ void Settle(const Subpixel& in, int width, int rows, int from, int to, std::int1
       if (x + lanes > width - kMargin) x = width - kMargin - lanes;  // the last ones once more
       const std::ptrdiff_t at = std::ptrdiff_t(y) * width + x;
       const Floats here = hn::LoadU(d, in.disparity + at);
-      Floats n = hn::Zero(d), sum = n, weights = n;
+      Floats n = hn::Zero(d), sum = n, squares = n, weights = n;
       for (int dy = -kTaps; dy <= kTaps; ++dy) {
         const int row = y + kStride * dy;
         if (row < 0 || row >= rows) continue;
         const std::ptrdiff_t tap = std::ptrdiff_t(row) * width + x;
         for (int dx = -kMargin; dx <= kMargin; dx += kStride) {
           const Floats there = hn::LoadU(d, in.disparity + tap + dx);
-          const auto same = hn::Le(hn::Abs(hn::Sub(there, here)), hn::Set(d, kSameSurface));
+          const Floats step = hn::Sub(there, here);
+          const auto same = hn::Le(hn::Abs(step), hn::Set(d, kSameSurface));
           const Floats weight = hn::IfThenElseZero(
               same, hn::Add(hn::LoadU(d, in.weight + tap + dx), hn::Set(d, 1.0F)));
           n = hn::Add(n, hn::IfThenElseZero(same, hn::Set(d, 1.0F)));
           weights = hn::Add(weights, weight);
-          sum = hn::MulAdd(weight, there, sum);
+          const Floats weighted = hn::Mul(weight, step);
+          sum = hn::Add(sum, weighted);
+          squares = hn::MulAdd(weighted, step, squares);
         }
       }
-      const Floats mean = hn::Div(sum, hn::Max(weights, hn::Set(d, 1.0F)));
+      const Floats inverse = hn::Div(hn::Set(d, 1.0F), hn::Max(weights, hn::Set(d, 1.0F)));
+      const Floats to_mean = hn::Mul(sum, inverse);
       const Floats own = hn::LoadU(d, in.weight + at);
       const Floats around = hn::Min(hn::Mul(weights, hn::Set(d, 0.25F)), hn::Set(d, kSurroundings));
       const Floats total = hn::Add(hn::Add(own, around), hn::Set(d, 1.0F));
-      const Floats settled = hn::Add(here, hn::Mul(hn::Sub(mean, here), hn::Div(around, total)));
-      // sigma = noise / sqrt(total)
-      const Floats trust =
-          hn::Mul(hn::Sqrt(total), hn::Set(d, 255 * kBestSigmaPx / kBrightnessNoise));
+      const Floats settled = hn::Add(here, hn::Mul(to_mean, hn::Div(around, total)));
+      // What the texture promises (noise looks like texture, too, and neighbours err alike), and
+      // what the scatter around shows.
+      const Floats texture = hn::Add(hn::Max(hn::Sub(own, hn::Set(d, kNoiseTexture)), hn::Zero(d)),
+                                     hn::Min(around, hn::Set(d, kSurroundingsTrust)));
+      const Floats promised = hn::Div(hn::Set(d, kBrightnessNoise * kBrightnessNoise),
+                                      hn::Max(texture, hn::Set(d, 1.0F)));
+      const Floats scatter = hn::Sub(hn::Mul(squares, inverse), hn::Mul(to_mean, to_mean));
+      const Floats variance = hn::Add(promised, hn::Max(scatter, hn::Zero(d)));
+      const Floats trust = hn::Div(hn::Set(d, 255 * kBestSigmaPx), hn::Sqrt(variance));
       const auto good = hn::And(hn::Gt(here, hn::Zero(d)), hn::Ge(n, hn::Set(d, kSupport)));
       alignas(64) std::int32_t result[2][16];
       hn::Store(hn::NearestInt(hn::IfThenElseZero(good, hn::Mul(settled, hn::Set(d, kUnit)))), di,
