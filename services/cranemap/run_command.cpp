@@ -197,7 +197,7 @@ class Run {
     const client::HeightGrid grid = map_->heights();
     for (const char* name : {"camera", "rangefinder", "stereo"})
       if (auto stopped = services_->stop(name, 5000); !stopped) log_warning(stopped.error().text());
-    const auto saved = services_->stop("mapper", 300'000);
+    auto saved = services_->stop("mapper", 300'000);
     for (const Stopwatch watch; watch.ms() < 300;) {
       wakeup_.wait_for(50ms);
       take_statuses();

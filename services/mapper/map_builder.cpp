@@ -156,6 +156,7 @@ void MapBuilder::account_for(const CloudSample& cloud, bool integrated) {
   }
   account_.last_frame = number;
   account_.last_frame_time = cloud.exposure_time;
+  account_.last_frame_sent = cloud.sent_time;
   ++(integrated ? account_.integrated : account_.rejected);
 }
 
@@ -169,7 +170,10 @@ Result<void> MapBuilder::rebuild() {
   stages.add("paper: octree", report->octree_ms);
   stages.add("paper: filter and octree", report->grid_ms + report->outliers_ms + report->octree_ms);
   // A tile that the filters emptied is published as an empty one.
-  for (const Tile* old : map_->tiles()) fresh->tile(old->key).changed = true;
+  for (const Tile* old : map_->tiles()) {
+    Tile& tile = fresh->tile(old->key);
+    tile.changed = tile.reclassified = true;
+  }
   map_ = std::move(fresh);
   stale_ = false;
   return {};

@@ -22,7 +22,8 @@ struct CloudSample {
   std::int64_t after = -1;  ///< frame that must have been accounted for; -1 = none
   TimeNs exposure_time = 0;
   TimeNs arrival_time = 0;
-  DepthFrame frame;  ///< points into the vectors below
+  TimeNs sent_time = 0;  ///< when the camera handed its frame on, wall clock
+  DepthFrame frame;      ///< points into the vectors below
   Eigen::Matrix3d R_camera_rectified = Eigen::Matrix3d::Identity();
   std::vector<float> depth_m;
   std::vector<std::uint8_t> confidence, colour;
@@ -33,6 +34,7 @@ struct FrameAccount {
   std::uint64_t stream = 0;
   std::int64_t last_frame = -1;  ///< sequence number accounted for; -1 = none
   TimeNs last_frame_time = 0;
+  TimeNs last_frame_sent = 0;    ///< wall clock
   std::uint64_t integrated = 0;  ///< in the map
   std::uint64_t rejected = 0;    ///< arrived, but could not be used
   std::uint64_t missing = 0;     ///< never arrived

@@ -27,6 +27,11 @@ Type tile_sample(std::uint32_t crane, TileKey key, std::uint64_t map_id, std::ui
   return sample;
 }
 
+Error too_big() {
+  return {ErrorCode::kResource, "map_tile", "a tile exceeds its bound",
+          "raise mapper.voxel_m or lower z_max_m"};
+}
+
 }  // namespace
 
 Result<MapPublisher> MapPublisher::create(const std::shared_ptr<dds::Participant>& participant,
@@ -52,37 +57,38 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder) {
   const std::uint64_t revision = revision_ + 1;
   const TimeNs time = builder.account().last_frame_time;
   for (Tile* tile : map.changed_tiles()) {
-    Bytes voxels = encode_tile(*tile);
-    Bytes heights = encode_heights(tile_heights(map, *tile, floor_tolerance_m(map.voxel_m())));
-    const std::uint32_t voxel_crc = crc32c(voxels);
-    const std::uint32_t height_crc = crc32c(heights);
     const auto [it, fresh] = published_.try_emplace(tile->key);
     Published& old = it->second;
-    if (voxels.size() > v1::MAX_TILE_BYTES || heights.size() > v1::MAX_HEIGHT_TILE_BYTES)
-      return Error{ErrorCode::kResource, "map_tile", "a tile exceeds its bound",
-                   "raise mapper.voxel_m or lower z_max_m"};
-    if (fresh || old.voxel_crc != voxel_crc) {
-      auto sent =
-          tiles_.write(tile_sample<v1::MapTile>(crane_, tile->key, identity_.map_id, revision, time,
-                                                map.voxel_m(), std::move(voxels), voxel_crc));
-      if (!sent) return sent;
-      voxel_digest_ +=
-          tile_digest(tile->key, voxel_crc) - (fresh ? 0 : tile_digest(tile->key, old.voxel_crc));
-      old.voxel_crc = voxel_crc;
-      revision_ = revision;
-      ++published_tiles_;
+    if (fresh || tile->reclassified) {
+      Bytes voxels = encode_tile(*tile);
+      if (voxels.size() > v1::MAX_TILE_BYTES) return too_big();
+      const std::uint32_t crc = crc32c(voxels);
+      if (fresh || old.voxel_crc != crc) {
+        auto sent =
+            tiles_.write(tile_sample<v1::MapTile>(crane_, tile->key, identity_.map_id, revision,
+                                                  time, map.voxel_m(), std::move(voxels), crc));
+        if (!sent) return sent;
+        voxel_digest_ +=
+            tile_digest(tile->key, crc) - (fresh ? 0 : tile_digest(tile->key, old.voxel_crc));
+        old.voxel_crc = crc;
+        revision_ = revision;
+        ++published_tiles_;
+      }
     }
-    if (fresh || old.height_crc != height_crc) {
-      auto sent = heights_.write(tile_sample<v1::HeightTile>(crane_, tile->key, identity_.map_id,
-                                                             revision, time, map.voxel_m(),
-                                                             std::move(heights), height_crc));
+    Bytes heights = encode_heights(tile_heights(map, *tile, floor_tolerance_m(map.voxel_m())));
+    if (heights.size() > v1::MAX_HEIGHT_TILE_BYTES) return too_big();
+    const std::uint32_t crc = crc32c(heights);
+    if (fresh || old.height_crc != crc) {
+      auto sent =
+          heights_.write(tile_sample<v1::HeightTile>(crane_, tile->key, identity_.map_id, revision,
+                                                     time, map.voxel_m(), std::move(heights), crc));
       if (!sent) return sent;
       height_digest_ +=
-          tile_digest(tile->key, height_crc) - (fresh ? 0 : tile_digest(tile->key, old.height_crc));
-      old.height_crc = height_crc;
+          tile_digest(tile->key, crc) - (fresh ? 0 : tile_digest(tile->key, old.height_crc));
+      old.height_crc = crc;
       revision_ = revision;
     }
-    tile->changed = false;
+    tile->changed = tile->reclassified = false;
   }
   stages.add("publish tiles", watch.ms());
   return {};

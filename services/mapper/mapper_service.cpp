@@ -88,8 +88,13 @@ class Service {
       if (auto alone = check_alone(*others); !alone) return alone;
       take_positions(*positions);
       bool accounted = take_clouds(*clouds);
-      if (tiles.due())
+      if ((accounted || !builder_.map().changed_tiles().empty()) && tiles.due()) {
         if (auto done = hand_on(*publisher, store, false); !done) return done;
+        if (accounted)
+          builder_.stages.add(
+              "frame to published tiles",
+              double(SystemClock().now() - builder_.account().last_frame_sent) * 1e-6);
+      }
       if (octree.due())
         if (auto done = publisher->publish_octree(builder_); !done) return done;
       if (heartbeat.due() || accounted) beat(*publisher);
@@ -155,6 +160,7 @@ class Service {
     out.sequence_number = c.sequence_number();
     out.after = c.after();
     out.exposure_time = c.exposure_time_ns();
+    out.sent_time = c.frame_sent_ns();
     out.depth_m.assign(c.depth().begin(), c.depth().begin() + pixels);
     out.confidence.assign(c.confidence().begin(), c.confidence().begin() + pixels);
     if (c.has_colour() == 1) out.colour.assign(c.colour().begin(), c.colour().begin() + 3 * pixels);

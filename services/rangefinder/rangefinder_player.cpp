@@ -41,7 +41,7 @@ class Player {
     status().stream = options_.stream;
     log_info("plays as soon as rangefinder_position has a reader");
     wait_for_reader(writer_, context_);
-    const Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
+    Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
     if (!played || context_.stopping()) return played;
     (void)writer_.wait_for_readers(5s);
     status().finished = true;

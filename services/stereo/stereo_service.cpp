@@ -67,7 +67,7 @@ class Service {
     ++status().received;
     track(**received);
     const Stopwatch watch;
-    const Header header = header_of(**received);
+    const Header header = header_of(*received);
     const bool colour = header.encoding == v1::ENCODING_BGR8;
     const auto rectified =
         stage_.rectify({(*received)->left().data(), (*received)->right().data(),
@@ -122,11 +122,17 @@ class Service {
     std::uint32_t crane = 0, encoding = 0;
     std::uint64_t stream = 0, sequence_number = 0;
     std::int64_t after = -1;
-    TimeNs exposure_time = 0;
+    TimeNs exposure_time = 0, sent = 0;
   };
-  static Header header_of(const v1::StereoFrame& f) {
-    return {f.crane(),           f.encoding(), f.stream(),
-            f.sequence_number(), f.after(),    f.exposure_time_ns()};
+  static Header header_of(const dds::Received<v1::StereoFrame>& frame) {
+    const v1::StereoFrame& f = *frame;
+    return {f.crane(),
+            f.encoding(),
+            f.stream(),
+            f.sequence_number(),
+            f.after(),
+            f.exposure_time_ns(),
+            frame.source_time_ns()};
   }
 
   void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {
@@ -137,6 +143,7 @@ class Service {
     cloud.sequence_number(header.sequence_number);
     cloud.after(header.after);
     cloud.exposure_time_ns(header.exposure_time);
+    cloud.frame_sent_ns(header.sent);
     cloud.f_px(camera.f_px);
     cloud.cx_px(camera.cx_px);
     cloud.cy_px(camera.cy_px);

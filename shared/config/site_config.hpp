@@ -23,11 +23,11 @@ struct DdsConfig {
 struct StereoConfig {
   enum class Matcher { kSgm, kBlock, kSgbm };
   Matcher matcher = Matcher::kSgm;  ///< matcher: sgm | bm | sgbm (the last two: OpenCV's)
-  bool paper = false;                 ///< preset: default | paper (eq. 10 disparities, full search)
-  int block_px = 9;                   ///< odd, 5..21
-  int speckle_window_px = 100;        ///< 0 = off
-  int uniqueness_percent = 15;        ///< 0..50
-  int left_right_px = 1;              ///< largest left-right disagreement; -1 = no check
+  bool paper = false;               ///< preset: default | paper (eq. 10 disparities, full search)
+  int block_px = 9;                 ///< odd, 5..21
+  int speckle_window_px = 100;      ///< 0 = off
+  int uniqueness_percent = 15;      ///< 0..50
+  int left_right_px = 1;            ///< largest left-right disagreement; -1 = no check
   /// Search range as depth [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   /// What stands nearer to the camera gets no match: it stays unknown, never free.
   double nearest_m = 0, farthest_m = 0;
@@ -45,7 +45,7 @@ struct MapperConfig {
   int cart_latency_ms = 0;        ///< of the rangefinder: subtracted from its time stamps
   int trolley_latency_ms = 0;
   double rangefinder_min_m = -1, rangefinder_max_m = 1000;  ///< outside: refused
-  double publish_hz = 2;                                    ///< changed tiles
+  double publish_hz = 20;                                   ///< changed tiles
   double octree_hz = 1;                                     ///< whole octree, when changed
   int stale_ms = 2000;        ///< no cloud for longer: the map says so
   int max_memory_mib = 4096;  ///< of the map

@@ -82,7 +82,7 @@ Result<void> read_snapshot(std::span<const std::uint8_t> bytes, OccupancyMap& ma
       }
     }
   }
-  tile.changed = true;
+  tile.changed = tile.reclassified = true;
   return {};
 }
 

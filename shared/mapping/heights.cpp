@@ -1,41 +1,54 @@
 #include "mapping/heights.hpp"
 
+#include <limits>
+
 namespace crane {
+namespace {
+
+constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::min();
+
+/// The highest occupied voxel of each column, layer by layer from above: 1024 columns at once.
+std::array<std::int16_t, kTileColumns> tops(const Tile& tile) {
+  std::array<std::int16_t, kTileColumns> top;
+  top.fill(kNone);
+  for (auto it = tile.blocks.rbegin(); it != tile.blocks.rend(); ++it)
+    for (int z = kTileEdge - 1; z >= 0; --z) {
+      const auto voxel_z = static_cast<std::int16_t>(it->first * kTileEdge + z);
+      const std::int8_t* layer = it->second->log_odds.data() + z * kTileColumns;
+      for (std::size_t c = 0; c < kTileColumns; ++c)
+        top[c] = layer[c] >= kBelieved && top[c] == kNone ? voxel_z : top[c];
+    }
+  return top;
+}
+
+}  // namespace
 
 std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, const Tile& tile,
                                                     double tolerance_m) {
   std::array<ColumnHeight, kTileColumns> out;
   const double voxel = map.voxel_m();
-  for (int column = 0; column < kTileColumns; ++column) {
-    ColumnHeight& c = out[static_cast<std::size_t>(column)];
-    c.last_observed = tile.last_observed[static_cast<std::size_t>(column)];
-    int top = 0;
-    bool have_top = false;
-    double top_m = 0;
-    // From above: the first occupied voxel, and the one below it if it holds the same surface.
-    for (auto it = tile.blocks.rbegin(); it != tile.blocks.rend(); ++it) {
-      const Block& block = *it->second;
-      for (int z = kTileEdge - 1; z >= 0; --z) {
-        const int voxel_z = it->first * kTileEdge + z;
-        if (have_top && voxel_z < top - 1) break;
-        const int index = z * kTileColumns + column;
-        if (block.at(index) != Occupancy::kOccupied) continue;
-        const double height = map.surface_height_m(block, index, voxel_z);
-        if (!have_top) {
-          have_top = true;
-          top = voxel_z;
-          top_m = height;
-          c.height_m = height;
-          c.spread_m = 0.5 * voxel;
-        } else if (top_m - height < 0.75 * voxel) {
-          c.height_m = 0.5 * (top_m + height);
-          c.spread_m = 0.5 * (top_m - height);
-        }
-      }
-      if (have_top && it->first * kTileEdge <= top - 1) break;
+  const auto top = tops(tile);
+  for (std::size_t column = 0; column < kTileColumns; ++column) {
+    ColumnHeight& c = out[column];
+    c.last_observed = tile.last_observed[column];
+    if (top[column] == kNone) continue;
+    const auto height_of = [&](int z, double& height_m) {
+      const auto block = tile.blocks.find(tile_of(z));
+      if (block == tile.blocks.end()) return false;
+      const int index = in_tile(z) * kTileColumns + static_cast<int>(column);
+      if (block->second->at(index) != Occupancy::kOccupied) return false;
+      height_m = map.surface_height_m(*block->second, index, z);
+      return true;
+    };
+    double below_m = 0;
+    height_of(top[column], c.height_m);
+    c.spread_m = 0.5 * voxel;
+    // The voxel below, if it holds the same surface.
+    if (height_of(top[column] - 1, below_m) && c.height_m - below_m < 0.75 * voxel) {
+      c.spread_m = 0.5 * (c.height_m - below_m);
+      c.height_m = 0.5 * (c.height_m + below_m);
     }
-    if (have_top)
-      c.state = c.height_m <= tolerance_m ? ColumnState::kFloor : ColumnState::kObstacle;
+    c.state = c.height_m <= tolerance_m ? ColumnState::kFloor : ColumnState::kObstacle;
   }
   return out;
 }

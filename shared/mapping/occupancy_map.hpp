@@ -66,7 +66,9 @@ struct Tile {
   TileKey key;
   std::map<int, std::unique_ptr<Block>> blocks;      ///< by block height index
   std::array<TimeNs, kTileColumns> last_observed{};  ///< 0 = never; index y * 32 + x
-  bool changed = false;                              ///< since the flag was last cleared
+  // Since the flags were last cleared:
+  bool changed = false;       ///< anything
+  bool reclassified = false;  ///< a voxel became free, occupied or unknown
 };
 
 /// Occupancy in XY tiles. What it costs to change depends on what is seen, not on its size.
@@ -98,10 +100,13 @@ class OccupancyMap {
   [[nodiscard]] std::uint64_t refused_blocks() const { return refused_; }
 
   /// Adds to a voxel's log-odds within the limits; a measured voxel never becomes 0 again.
-  static void update(std::int8_t& log_odds, int by) {
+  /// True when its class changed.
+  static bool update(std::int8_t& log_odds, int by) {
+    const Occupancy before = classify(log_odds);
     int v = log_odds + by;
     v = v < kLogOddsMin ? kLogOddsMin : v > kLogOddsMax ? kLogOddsMax : v;
     log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
+    return classify(log_odds) != before;
   }
   /// Merges one frame's mean height (map z) and colour into the surface of a voxel.
   void observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,

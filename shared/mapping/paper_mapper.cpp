@@ -43,7 +43,7 @@ Result<PaperReport> PaperMapper::build(OccupancyMap& map) const {
     OccupancyMap::update(block->log_odds[static_cast<std::size_t>(index)], kHit);
     map.observe_surface(*block, index, z, p.z, p.r, p.g, p.b);
     tile.last_observed[static_cast<std::size_t>(column)] = last_;
-    tile.changed = true;
+    tile.changed = tile.reclassified = true;
   }
   report.octree_ms = watch.ms();
   return report;

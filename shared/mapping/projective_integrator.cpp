@@ -15,14 +15,14 @@ constexpr double kUncertain = 0.5, kJoin = 2;
 constexpr int kHitLeast = 7;  ///< three of them are believed
 constexpr int kJoinMax = 8;   ///< voxels
 
-/// Eight voxels seen through. False when they were as free as can be.
-bool free_eight(std::int8_t* log_odds) {
+/// Eight voxels seen through.
+void free_eight(std::int8_t* log_odds, Tile& tile) {
   constexpr std::uint64_t kAllFree = 0x0101010101010101ULL * static_cast<std::uint8_t>(kLogOddsMin);
   std::uint64_t now = 0;
   std::memcpy(&now, log_odds, sizeof now);
-  if (now == kAllFree) return false;
-  for (int i = 0; i < kCube; ++i) OccupancyMap::update(log_odds[i], kMiss);
-  return true;
+  if (now == kAllFree) return;  // as free as can be
+  for (int i = 0; i < kCube; ++i) tile.reclassified |= OccupancyMap::update(log_odds[i], kMiss);
+  tile.changed = true;
 }
 
 }  // namespace
@@ -130,11 +130,9 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
         if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return;
         std::int8_t* log_odds = block->log_odds.data();
         if (whole && far + p.reach_m < range.low) {
-          bool changed = false;
           for (int z = z0; z < z0 + kCube; ++z)
             for (int y = y0; y < y0 + kCube; ++y)
-              changed |= free_eight(log_odds + (z * kTileEdge + y) * kTileEdge + x0);
-          tile.changed |= changed;
+              free_eight(log_odds + (z * kTileEdge + y) * kTileEdge + x0, tile);
           report.freed += kCube * kCube * kCube;
           continue;
         }
@@ -147,7 +145,7 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
               if (!is_free(centre)) continue;
               ++report.freed;
               if (row[x] == kLogOddsMin) continue;
-              OccupancyMap::update(row[x], kMiss);
+              tile.reclassified |= OccupancyMap::update(row[x], kMiss);
               tile.changed = true;
             }
           }
@@ -184,8 +182,8 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMa
       (projection_.R.cast<double>() * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
        projection_.t)
           .cast<float>();
-  if (is_free(centre)) OccupancyMap::update(log_odds, -kMiss);
-  OccupancyMap::update(log_odds, strength);
+  if (is_free(centre)) tile.reclassified |= OccupancyMap::update(log_odds, -kMiss);
+  tile.reclassified |= OccupancyMap::update(log_odds, strength);
   map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
   tile.last_observed[static_cast<std::size_t>(column)] = time;
   tile.changed = true;

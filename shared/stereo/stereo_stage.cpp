@@ -17,6 +17,7 @@ namespace {
 /// to nearly half of it, and holes in the floor. Each 16 px of disparity cost a sixth of the time.
 constexpr double kNearest = 0.52, kFarthest = 1.15;
 constexpr int kOpenCvScale = 16;
+constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
 
 cv::Mat intrinsics(const CameraModel& c) {
@@ -206,7 +207,7 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
                             .at_near_end;
     } else {
       m.opencv->compute(m.left, m.right, m.disparity);
-      m.disparity *= kDisparityScale / kOpenCvScale;
+      m.disparity *= kOpenCvFactor;
     }
     report.match_ms = matching.ms();
 

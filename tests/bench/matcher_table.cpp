@@ -101,7 +101,7 @@ void add(Score& s, const Pair& pair, const Matcher& match) {
   ++s.frames;
 }
 
-Matcher opencv(cv::Ptr<cv::StereoMatcher> matcher) {
+Matcher opencv(const cv::Ptr<cv::StereoMatcher>& matcher) {
   return [matcher](const Pair& p, cv::Mat& out) {
     cv::Mat d;
     matcher->compute(p.left, p.right, d);

@@ -48,7 +48,7 @@ class ClientTest : public ::testing::Test {
       map.observe_surface(block, index, z, height_m, 1, 2, 3);
       tile.last_observed[std::size_t(column)] = kNsPerSecond;
     }
-    tile.changed = true;
+    tile.changed = tile.reclassified = true;
   }
   void publish() {
     ASSERT_TRUE(publisher_.publish_tiles(builder_));
@@ -94,7 +94,8 @@ TEST_F(ClientTest, OnlyWhatChangedIsPublished) {
   publish();
   const std::uint64_t before = publisher_.published_tiles();
   put({1, 0}, 0.7);
-  builder_.map().tile({0, 0}).changed = true;  // touched, but the same
+  Tile& touched = builder_.map().tile({0, 0});  // but the same
+  touched.changed = touched.reclassified = true;
   publish();
   EXPECT_EQ(publisher_.published_tiles(), before + 1);
   const auto map = join();
