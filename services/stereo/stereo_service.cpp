@@ -1,6 +1,7 @@
 #include "stereo_service.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 
 #include "base/log.hpp"
@@ -13,6 +14,9 @@ namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// Share of the pixels with their best match at the near end of the search.
+constexpr double kNearLimit = 0.002;
 
 StereoSettings to_settings(const StereoConfig& c) {
   StereoSettings s;
@@ -71,7 +75,8 @@ class Service {
     const bool colour = header.encoding == v1::ENCODING_BGR8;
     const auto rectified =
         stage_.rectify({(*received)->left().data(), (*received)->right().data(),
-                        (*received)->width(), (*received)->height(), colour ? 3U : 1U});
+                        (*received)->width(), (*received)->height(), colour ? 3U : 1U,
+                        static_cast<std::int64_t>(header.sequence_number)});
     const bool intact = received->intact();
     received.reset();  // the camera's memory is not looked at any more
     if (!rectified) return refuse("frame does not fit the calibration", rectified.error().text());
@@ -89,6 +94,7 @@ class Service {
       clouds_.discard(cloud);
       return refuse("frame could not be matched", report.error().text());
     }
+    note(*report);
     fill(header, report->matched, *cloud);
     status().stages.add("rectify", *rectified);
     status().stages.add("match", report->match_ms);
@@ -114,6 +120,41 @@ class Service {
     status().dropped.add(cause);
     status().status = v1::STATUS_DEGRADED;
     if (status().message != text) log_warning(text);
+    status().message = text;
+  }
+
+  /// Health of the pair. A pair that tells nothing still makes a cloud, without a single match: the
+  /// mapper accounts for its frame and leaves the map as it is.
+  void note(const StereoReport& report) {
+    constexpr double kRowErrorLimit = 0.7;  // [px]; matches get fewer and wrong beyond it
+    if (report.flaw) return refuse(cause(*report.flaw), advice(*report.flaw));
+    if (report.row_error_px && std::abs(*report.row_error_px) > kRowErrorLimit) {
+      char text[160];
+      std::snprintf(text, sizeof text,
+                    "rows of the rectified images are %.1f px apart: calibrate the cameras again",
+                    *report.row_error_px);
+      status().status = v1::STATUS_DEGRADED;
+      if (!badly_rectified_) log_warning(text);
+      badly_rectified_ = true;
+      status().message = text;
+      return;
+    }
+    badly_rectified_ = false;
+    // Pixels whose best match is at the near end of the search may show something nearer.
+    const double near =
+        double(report.too_near) / (double(stage_.camera().width) * stage_.camera().height);
+    if (near > kNearLimit) {
+      status().dropped.add("frame with something nearer than the search");
+      status().status = v1::STATUS_DEGRADED;
+      status().message =
+          "something is nearer to the camera than the search: lower stereo.nearest_m";
+      return;
+    }
+    status().status = v1::STATUS_OK;
+    status().message.clear();
+    if (!report.row_error_px) return;
+    char text[60];
+    std::snprintf(text, sizeof text, "epipolar error %.2f px", *report.row_error_px);
     status().message = text;
   }
 
@@ -162,6 +203,7 @@ class Service {
   StereoStage stage_;
   dds::Writer<dds::PartialCloudTopic> clouds_;
   std::uint64_t last_ = 0, missing_ = 0;
+  bool badly_rectified_ = false;
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using U8 = hn::CappedTag<std::uint8_t, 32>;
 using Bytes = hn::Vec<U8>;
 constexpr std::int8_t kCensusNoise = 1;  ///< grey levels that make no difference
-constexpr int kHalfScale = 16;  ///< half a pixel in units of the disparity
+constexpr int kHalfScale = 16;           ///< half a pixel in units of the disparity
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(U8()));
 
 HWY_INLINE Bytes set(int value) {
@@ -83,7 +83,8 @@ void CensusRow(const std::int8_t* padded, std::ptrdiff_t stride, int width, bool
         const std::ptrdiff_t opposite = dy * stride + (mirrored ? -dx : dx);
         const auto a = hn::LoadU(di, padded + x + opposite);
         const auto b = hn::LoadU(di, padded + x - opposite);
-        const Bytes brighter = hn::BitCast(U8(), hn::VecFromMask(di, hn::Gt(a, hn::SaturatedAdd(b, hn::Set(di, kCensusNoise)))));
+        const Bytes brighter = hn::BitCast(
+            U8(), hn::VecFromMask(di, hn::Gt(a, hn::SaturatedAdd(b, hn::Set(di, kCensusNoise)))));
         plane[bit / 4] = hn::Or(plane[bit / 4], hn::And(brighter, set(1 << (bit % 4))));
       }
     for (int p = 0; p < kCensusPlanes; ++p) hn::StoreU(plane[p], U8(), planes[p] + x);

@@ -19,6 +19,7 @@ constexpr double kNearest = 0.52, kFarthest = 1.15;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
+constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Mat intrinsics(const CameraModel& c) {
   return (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
@@ -60,7 +61,9 @@ struct StereoStage::Impl {
   cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
   std::unique_ptr<SemiGlobalMatcher> sgm;
+  PairCheck check;
   bool coloured = false;
+  std::int64_t number = -1;
   cv::Mat left_colour, left, right_grey, right, disparity;
 };
 
@@ -168,6 +171,7 @@ Result<double> StereoStage::rectify(const StereoImages& images) {
   const Stopwatch watch;
   try {
     m.coloured = images.channels == 3;
+    m.number = images.number;
     const int type = m.coloured ? CV_8UC3 : CV_8UC1;
     const cv::Mat raw_left(m.size, type, const_cast<std::uint8_t*>(images.left));
     const cv::Mat raw_right(m.size, type, const_cast<std::uint8_t*>(images.right));
@@ -196,11 +200,13 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
   StereoReport report;
   try {
     const Stopwatch matching;
-    if (m.sgm) {
-      const auto view = [](const cv::Mat& image) {
-        return GreyView{image.data, image.cols, image.rows,
-                        static_cast<std::ptrdiff_t>(image.step)};
-      };
+    const auto view = [](const cv::Mat& image) {
+      return GreyView{image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+    };
+    if (!m.settings.paper) report.flaw = m.check.look(view(m.left), view(m.right), m.number);
+    if (report.flaw) {
+      m.disparity.setTo(0);
+    } else if (m.sgm) {
       report.too_near = m.sgm
                             ->match(view(m.left), view(m.right),
                                     {m.disparity.ptr<std::int16_t>(), pixels}, out.confidence)
@@ -215,7 +221,9 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
     const auto first_valid = static_cast<std::int16_t>(
         std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
-    if (!m.sgm)
+    if (report.flaw)
+      std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});
+    else if (!m.sgm)
       disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
     // eq. 4: z = f b / d
     const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kDisparityScale);
@@ -226,6 +234,15 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
       report.matched += matched && supported ? 1 : 0;
       out.depth_m[i] = matched && supported ? fb / static_cast<float>(disparity[i]) : 0.0F;
       if (matched && m.settings.paper && out.confidence[i] == 0) out.confidence[i] = 1;
+    }
+    if (!m.settings.paper && !report.flaw) {
+      report.row_error_px = row_error_px(view(m.left), view(m.right), disparity);
+      if (report.matched < kMinMatched * double(pixels)) {
+        report.flaw = PairFlaw::kNoOverlap;
+        report.matched = 0;
+        std::fill(out.depth_m.begin(), out.depth_m.end(), 0.0F);
+        std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});
+      }
     }
     if (!out.colour.empty()) {
       const cv::Mat target(m.size, CV_8UC3, out.colour.data());

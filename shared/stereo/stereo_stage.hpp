@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "base/result.hpp"
 #include "geometry/stereo_rig.hpp"
+#include "stereo/pair_check.hpp"
 
 namespace crane {
 
@@ -38,6 +40,7 @@ struct StereoImages {
   const std::uint8_t* left = nullptr;
   const std::uint8_t* right = nullptr;
   std::uint32_t width = 0, height = 0, channels = 1;
+  std::int64_t number = -1;  ///< of the frame; tells a frame sent again from a frozen camera
 };
 
 /// Where the organised cloud goes; each of width * height of the rectified camera.
@@ -48,9 +51,11 @@ struct CloudImages {
 };
 
 struct StereoReport {
-  std::uint32_t matched = 0;      ///< pixels with depth
-  std::uint32_t unsupported = 0;  ///< matches dropped because their neighbours disagree
-  std::uint32_t too_near = 0;     ///< best matches at the near end of the search: dropped
+  std::uint32_t matched = 0;           ///< pixels with depth
+  std::uint32_t unsupported = 0;       ///< matches dropped because their neighbours disagree
+  std::uint32_t too_near = 0;          ///< best matches at the near end of the search: dropped
+  std::optional<PairFlaw> flaw;        ///< the pair tells nothing: no pixel has depth
+  std::optional<double> row_error_px;  ///< epipolar error, where it could be measured
   double match_ms = 0, depth_ms = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "process.hpp"
+#include "recording/image_file.hpp"
 #include "temp_folder.hpp"
 
 namespace crane::test {
@@ -87,6 +88,37 @@ TEST_F(BadInput, RangefinderGapLeavesFramesOutAndSaysWhy) {
   const Finished run = run_rig(rig);
   expect(run, 4, "5 in the map, 1 rejected");
   expect(run, 4, "1 x no position: gap around the exposure");
+}
+
+/// A pair that tells nothing leaves the map as it is, is named and counted; the others are mapped.
+TEST_F(BadInput, ABlackImageIsNamedAndTheMapUntouchedByIt) {
+  const std::string rig = copy_rig();
+  Image black{1280, 720, 3, std::vector<std::uint8_t>(std::size_t{3} * 1280 * 720, 2)};
+  ASSERT_TRUE(write_image(rig + "/cam1/data/1700000002000000000.jpg", black));
+  const Finished run = run_rig(rig);
+  expect(run, 4, "5 in the map, 1 rejected");
+  expect(run, 4, "1 x right image black");
+}
+
+TEST_F(BadInput, AFrozenCameraIsNamedAndItsFramesAreNotMapped) {
+  const std::string rig = copy_rig();
+  for (const char* frame : {"3", "4", "5"})
+    fs::copy_file(rig + "/cam0/data/1700000002000000000.jpg",
+                  rig + "/cam0/data/170000000" + frame + "000000000.jpg",
+                  fs::copy_options::overwrite_existing);
+  const Finished run = run_rig(rig);
+  expect(run, 4, "3 in the map, 3 rejected");
+  expect(run, 4, "3 x left image frozen");
+}
+
+TEST_F(BadInput, SwappedCamerasMapNothingAndSaySo) {
+  const std::string rig = copy_rig();
+  fs::rename(rig + "/cam0/data", rig + "/other");
+  fs::rename(rig + "/cam1/data", rig + "/cam0/data");
+  fs::rename(rig + "/other", rig + "/cam1/data");
+  const Finished run = run_rig(rig);
+  expect(run, 4, "0 in the map, 6 rejected");
+  expect(run, 4, "6 x hardly a pixel matches");
 }
 
 TEST_F(BadInput, UnwritableOutput) {

@@ -1,0 +1,137 @@
+#include "stereo/pair_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <vector>
+
+namespace crane {
+namespace {
+
+constexpr int kBlack = 6, kSaturated = 250;                    ///< grey levels
+constexpr double kMostlyBlack = 0.98, kMostlySaturated = 0.9;  ///< shares of the pixels
+
+struct Look {
+  double black = 0, saturated = 0;  ///< shares
+  std::uint64_t sum = 0;            ///< changes with any pixel looked at
+};
+
+/// Every fourth row.
+Look look_at(const GreyView& image) {
+  std::uint64_t black = 0, saturated = 0, pixels = 0;
+  Look out;
+  for (int y = 0; y < image.height; y += 4) {
+    const std::uint8_t* row = image.pixels + y * image.stride;
+    std::uint32_t dark = 0, bright = 0, sum = 0, weighted = 0;
+    for (int x = 0; x < image.width; ++x) {
+      dark += row[x] < kBlack ? 1 : 0;
+      bright += row[x] >= kSaturated ? 1 : 0;
+      sum += row[x];
+      weighted += row[x] * static_cast<std::uint32_t>(x);
+    }
+    black += dark;
+    saturated += bright;
+    pixels += static_cast<std::uint64_t>(image.width);
+    out.sum = out.sum * 0x9E3779B97F4A7C15ULL + (std::uint64_t{sum} << 32U) + weighted;
+  }
+  out.black = double(black) / double(pixels);
+  out.saturated = double(saturated) / double(pixels);
+  return out;
+}
+
+}  // namespace
+
+const char* cause(PairFlaw flaw) {
+  switch (flaw) {
+    case PairFlaw::kLeftBlack:
+      return "left image black";
+    case PairFlaw::kRightBlack:
+      return "right image black";
+    case PairFlaw::kLeftSaturated:
+      return "left image saturated";
+    case PairFlaw::kRightSaturated:
+      return "right image saturated";
+    case PairFlaw::kLeftFrozen:
+      return "left image frozen";
+    case PairFlaw::kRightFrozen:
+      return "right image frozen";
+    case PairFlaw::kNoOverlap:
+      return "hardly a pixel matches";
+  }
+  return "";
+}
+
+const char* advice(PairFlaw flaw) {
+  switch (flaw) {
+    case PairFlaw::kLeftBlack:
+    case PairFlaw::kRightBlack:
+      return "an image is black: is the camera covered, its exposure too short, the light off?";
+    case PairFlaw::kLeftSaturated:
+    case PairFlaw::kRightSaturated:
+      return "an image is saturated: shorten the exposure";
+    case PairFlaw::kLeftFrozen:
+    case PairFlaw::kRightFrozen:
+      return "a camera repeats its last image: restart it";
+    case PairFlaw::kNoOverlap:
+      return "hardly a pixel matches: are the cameras swapped, covered, out of step, or nearer to "
+             "the "
+             "scene than stereo.nearest_m?";
+  }
+  return "";
+}
+
+std::optional<PairFlaw> PairCheck::look(const GreyView& left, const GreyView& right,
+                                        std::int64_t number) {
+  const Look l = look_at(left);
+  const Look r = look_at(right);
+  const bool another = number_ >= 0 && number != number_;
+  const bool left_same = another && l.sum == left_sum_;
+  const bool right_same = another && r.sum == right_sum_;
+  number_ = number;
+  left_sum_ = l.sum;
+  right_sum_ = r.sum;
+  if (l.black > kMostlyBlack) return PairFlaw::kLeftBlack;
+  if (r.black > kMostlyBlack) return PairFlaw::kRightBlack;
+  if (l.saturated > kMostlySaturated) return PairFlaw::kLeftSaturated;
+  if (r.saturated > kMostlySaturated) return PairFlaw::kRightSaturated;
+  if (left_same) return PairFlaw::kLeftFrozen;
+  if (right_same) return PairFlaw::kRightFrozen;
+  return std::nullopt;
+}
+
+std::optional<double> row_error_px(const GreyView& left, const GreyView& right,
+                                   std::span<const std::int16_t> disparity) {
+  constexpr int kReach = 3, kHalf = 4, kGrid = 32;
+  constexpr std::size_t kEnough = 20;
+  constexpr int kTexture = 2;  ///< a wrong row must differ so many times more than the best one
+  std::vector<double> errors;
+  const int border = kReach + kHalf + 1;
+  for (int y = border; y < left.height - border; y += kGrid)
+    for (int x = border; x < left.width - border; x += kGrid) {
+      const int d = disparity[std::size_t(y) * left.width + x];
+      const int x_right = x - (d + kDisparityScale / 2) / kDisparityScale;
+      if (d <= 0 || x_right < border) continue;
+      std::array<int, 2 * kReach + 1> cost{};
+      for (int shift = -kReach; shift <= kReach; ++shift)
+        for (int v = -kHalf; v <= kHalf; ++v) {
+          const std::uint8_t* a = left.pixels + (y + v) * left.stride + x;
+          const std::uint8_t* b = right.pixels + (y + v + shift) * right.stride + x_right;
+          for (int u = -kHalf; u <= kHalf; ++u)
+            cost[std::size_t(shift + kReach)] += std::abs(a[u] - b[u]);
+        }
+      const auto best = std::min_element(cost.begin(), cost.end()) - cost.begin();
+      if (best == 0 || best == 2 * kReach) continue;
+      const int c = cost[std::size_t(best)];
+      const int before = cost[std::size_t(best - 1)] - c;
+      const int after = cost[std::size_t(best + 1)] - c;
+      if (std::max(cost.front(), cost.back()) < kTexture * c || before + after == 0) continue;
+      // Two straight lines through the three costs, as absolute differences have.
+      errors.push_back(double(best - kReach) + 0.5 * (before - after) / std::max(before, after));
+    }
+  if (errors.size() < kEnough) return std::nullopt;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
+}  // namespace crane
