@@ -17,6 +17,7 @@ using namespace std::chrono_literals;
 /// Frames the camera may be ahead of the map when it is paced by it. Less than the depth of the
 /// topics' histories, so that nothing is overwritten.
 constexpr std::int64_t kWindow = 3;
+constexpr TimeNs kDecodeAhead = kNsPerSecond / 20;  ///< decoding takes 15 to 30 ms
 constexpr auto kResendAfter = 1500ms;
 constexpr int kMaxResends = 20;
 
@@ -57,6 +58,8 @@ class Player {
         status().dropped.add("skipped after a restart");
         continue;
       }
+      // Not at once: the stages that work on the frame before need the processor now.
+      wait_until(clock.due(time) - kDecodeAhead, context_);
       const Result<bool> ready = load(n);
       if (!ready) return ready.error();
       wait_until(clock.due(time), context_);

@@ -201,9 +201,9 @@ template <int V>
 HWY_INLINE void find_winner(const Bytes (&sum)[V], int first, std::int16_t& disparity,
                             std::uint8_t& margin) {
   const U8 d;
-  alignas(32) std::uint8_t s[(V + 2) * kLanes];  // the ends have a neighbour as well
+  alignas(32) std::uint8_t s[V * kLanes];
   Bytes low = sum[0];
-  for (int v = 0; v < V; ++v) hn::Store(sum[v], d, s + (v + 1) * kLanes);
+  for (int v = 0; v < V; ++v) hn::Store(sum[v], d, s + v * kLanes);
   for (int v = 1; v < V; ++v) low = hn::Min(low, sum[v]);
   const Bytes least = min_everywhere(low);
   hn::Mask<U8> is_least[V];
@@ -215,11 +215,13 @@ HWY_INLINE void find_winner(const Bytes (&sum)[V], int first, std::int16_t& disp
         hn::Min(second, hn::Or(sum[v], hn::LoadU(d, kNear.of + kMaxDisparities - i + v * kLanes)));
   const int cost = hn::GetLane(least);
   margin = static_cast<std::uint8_t>(hn::GetLane(min_everywhere(second)) - cost);
-  const int before = s[kLanes + i - 1] - cost;
-  const int after = s[kLanes + i + 1] - cost;
-  const int offset = (before - after) * kReciprocal.of[before + after] >> 16;
-  const bool inside = i > 0 && i + 1 < V * kLanes;
-  disparity = static_cast<std::int16_t>((first + i) * 2 * kHalfScale + (inside ? offset : 0));
+  int offset = 0;
+  if (i > 0 && i + 1 < V * kLanes) {
+    const int before = s[i - 1] - cost;
+    const int after = s[i + 1] - cost;
+    offset = (before - after) * kReciprocal.of[before + after] >> 16;
+  }
+  disparity = static_cast<std::int16_t>((first + i) * 2 * kHalfScale + offset);
 }
 
 template <int V>

@@ -4,6 +4,11 @@
 #include <benchmark/benchmark.h>
 #include <octomap/OcTree.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "base/clock.hpp"
 #include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_codec.hpp"
 #include "mapping/projective_integrator.hpp"
@@ -39,7 +44,7 @@ struct Frame {
              c.cx_px,
              c.cy_px,
              c.baseline_m,
-             0.15,
+             0.05,
              depth.data(),
              confidence.data(),
              colour.data(),
@@ -65,21 +70,113 @@ void Match(benchmark::State& state) {
 }
 BENCHMARK(Match)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// Argument: voxel edge in millimetres.
-void Integrate(benchmark::State& state) {
-  OccupancyMap map(double(state.range(0)) * 1e-3, std::size_t{4} << 30U);
-  ProjectiveIntegrator integrator({-0.3, 1.85});
-  for (auto _ : state) integrator.integrate(frame().cloud, 1, map);
-}
-BENCHMARK(Integrate)->Arg(20)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+/// A bare floor 10 m below with boxes on it, as a camera of 0.5 m baseline sees it; noise 0.25 px.
+struct HallFrame {
+  std::vector<float> depth = std::vector<float>(kPixels);
+  std::vector<std::uint8_t> confidence = std::vector<std::uint8_t>(kPixels, 51);
+  DepthFrame cloud;
 
-void OctomapInsert(benchmark::State& state) {
-  octomap::Pointcloud points;
-  for (const Point& p : to_points(frame().cloud, 60)) points.push_back(p.x, p.y, p.z);
-  octomap::OcTree tree(double(state.range(0)) * 1e-3);
-  for (auto _ : state) tree.insertPointCloud(points, octomap::point3d(0, 0, 1.95F));
+  HallFrame() {
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0, 0.25);
+    constexpr double kFocal = 700, kBaseline = 0.5;
+    for (int v = 0; v < 720; ++v)
+      for (int u = 0; u < 1280; ++u) {
+        const bool box = u % 320 > 200 && v % 240 > 150;
+        const double z = box ? 8.5 : 10.0;
+        depth[std::size_t(v) * 1280 + u] =
+            static_cast<float>(kFocal * kBaseline / (kFocal * kBaseline / z + noise(random)));
+      }
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+    T.translation().z() = 10;
+    cloud = {1280,    720, kFocal, 639.5, 359.5, kBaseline, 0.05, depth.data(), confidence.data(),
+             nullptr, T};
+  }
+};
+
+const DepthFrame& cloud_from(double height_m) {
+  static HallFrame hall;
+  return height_m > 5 ? hall.cloud : frame().cloud;
 }
-BENCHMARK(OctomapInsert)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+
+/// Arguments: camera height in metres (2: the rig's first frame, 10: HallFrame), voxel in mm.
+void Integrate(benchmark::State& state) {
+  OccupancyMap map(double(state.range(1)) * 1e-3, std::size_t{8} << 30U);
+  ProjectiveIntegrator integrator({-0.3, double(state.range(0)) - 0.1});
+  for (auto _ : state) integrator.integrate(cloud_from(double(state.range(0))), 1, map);
+}
+BENCHMARK(Integrate)
+    ->ArgsProduct({{2, 10}, {20, 50, 100}})
+    ->ArgNames({"height_m", "voxel_mm"})
+    ->Unit(benchmark::kMillisecond);
+
+/// The same clouds into OctoMap; `ratio`: its time over ours, measured right before.
+void octomap_insert(benchmark::State& state, bool discretised_lazy) {
+  const DepthFrame& cloud = cloud_from(double(state.range(0)));
+  const double voxel = double(state.range(1)) * 1e-3;
+  OccupancyMap map(voxel, std::size_t{8} << 30U);
+  ProjectiveIntegrator integrator({-0.3, double(state.range(0)) - 0.1});
+  std::vector<double> ours;
+  for (int i = 0; i < 15; ++i) {
+    const Stopwatch watch;
+    integrator.integrate(cloud, 1, map);
+    ours.push_back(watch.ms());
+  }
+  std::nth_element(ours.begin(), ours.begin() + 7, ours.end());
+  octomap::Pointcloud points;
+  for (const Point& p : to_points(cloud, 60)) points.push_back(p.x, p.y, p.z);
+  const Eigen::Vector3f origin = cloud.T_map_rectified.translation().cast<float>();
+  octomap::OcTree tree(voxel);
+  double total_ms = 0;
+  for (auto _ : state) {
+    const Stopwatch watch;
+    tree.insertPointCloud(points, octomap::point3d(origin.x(), origin.y(), origin.z()), -1,
+                          discretised_lazy, discretised_lazy);
+    total_ms += watch.ms();
+  }
+  state.counters["ours_ms"] = ours[7];
+  state.counters["ratio"] = total_ms / double(state.iterations()) / ours[7];
+}
+void OctomapInsert(benchmark::State& state) {
+  octomap_insert(state, false);
+}
+void OctomapInsertDiscretisedLazy(benchmark::State& state) {
+  octomap_insert(state, true);
+}
+BENCHMARK(OctomapInsert)
+    ->ArgsProduct({{2, 10}, {50, 100}})
+    ->ArgNames({"height_m", "voxel_mm"})
+    ->Iterations(2)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(OctomapInsertDiscretisedLazy)
+    ->ArgsProduct({{2, 10}, {50, 100}})
+    ->ArgNames({"height_m", "voxel_mm"})
+    ->Iterations(2)
+    ->Unit(benchmark::kMillisecond);
+
+/// The rig's frame into maps that are already large: argument: square metres of hall at 5 cm.
+void IntegrateIntoLargeMap(benchmark::State& state) {
+  OccupancyMap map(0.05, std::size_t{12} << 30U);
+  ProjectiveIntegrator integrator({-0.3, 1.85});
+  DepthFrame moved = frame().cloud;
+  const auto side = static_cast<int>(std::sqrt(double(state.range(0))) / 2);
+  for (int x = 0; x < side; ++x)
+    for (int y = 0; y < side; ++y) {
+      moved.T_map_rectified.translation().head<2>() = Eigen::Vector2d(2 * x, 2 * y);
+      integrator.integrate(moved, 1, map);
+    }
+  for (auto _ : state) integrator.integrate(frame().cloud, 2, map);
+  state.counters["MiB"] = double(map.memory_bytes()) / (1 << 20);
+  state.counters["kB_per_m2"] =
+      double(map.memory_bytes()) / 1e3 / std::max(1.0, double(state.range(0)));
+}
+BENCHMARK(IntegrateIntoLargeMap)
+    ->Arg(16)
+    ->Arg(1000)
+    ->Arg(10000)
+    ->ArgName("m2")
+    ->Unit(benchmark::kMillisecond);
 
 void EncodeTiles(benchmark::State& state) {
   OccupancyMap map(0.02, std::size_t{4} << 30U);

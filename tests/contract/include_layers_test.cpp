@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -26,7 +27,7 @@ const std::map<std::string, std::string> kLibraries = {
     {"opencv", "opencv2/"}, {"pcl", "pcl/"},         {"octomap", "octomap/"},
     {"yaml", "yaml-cpp/"},  {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
     {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
-    {"cli", "CLI/"},        {"json", "nlohmann/"},
+    {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
 };
 
 const std::map<std::string, Layer> kLayers = {
@@ -35,7 +36,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/config", {{"base"}, {"yaml"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
-    {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv"}}},
+    {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
     {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
@@ -92,6 +93,27 @@ TEST(IncludeLayers, NothingIncludesALayerAboveItOrALibraryThatIsNotItsOwn) {
             << include.file << " includes " << include.target;
     }
   EXPECT_GT(seen, 300U);
+}
+
+/// Code for wide instructions must not share inline functions with code for every processor: the
+/// linker keeps one of them for both (and PCL's and Eigen's allocators then do not fit each other).
+TEST(IncludeLayers, FilesWithWideInstructionsIncludeOnlyTheirOwnHeaderAndTheCLibrary) {
+  std::map<std::string, std::vector<std::string>> includes;
+  for (const Include& include : includes_below(kSource / "shared"))
+    includes[include.file].push_back(include.target);
+  const Names allowed = {"hwy/foreach_target.h", "hwy/highway.h", "cstdlib", "cstdint", "cstddef"};
+  std::size_t wide = 0;
+  for (const auto& [file, targets] : includes) {
+    if (std::find(targets.begin(), targets.end(), "hwy/highway.h") == targets.end()) continue;
+    ++wide;
+    const std::string own =
+        fs::path(file).parent_path().filename() / fs::path(file).stem().concat(".hpp");
+    for (const std::string& target : targets)
+      EXPECT_TRUE(allowed.contains(target) || target == own) << file << " includes " << target;
+    for (const std::string& target : includes[(kSource / "shared" / own).string()])
+      EXPECT_TRUE(allowed.contains(target)) << own << " includes " << target;
+  }
+  EXPECT_EQ(wide, 2U);
 }
 
 TEST(IncludeLayers, NoServiceIncludesAnother) {
