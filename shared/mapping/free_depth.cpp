@@ -11,11 +11,6 @@ namespace {
 constexpr double kMinMatchedShare = 0.5;
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
-/// The nearer of two cells; 0 means that nothing is known and does not count.
-float nearer(float a, float b) {
-  return a > 0 && (b <= 0 || a < b) ? a : b;
-}
-
 }  // namespace
 
 void FreeDepth::build(const DepthFrame& f, int cell_px) {
@@ -23,7 +18,7 @@ void FreeDepth::build(const DepthFrame& f, int cell_px) {
   columns_ = static_cast<int>(f.width) / cell_px;
   rows_ = static_cast<int>(f.height) / cell_px;
   const std::size_t cells = std::size_t(columns_) * rows_;
-  nearest_.assign(cells, 0);
+  nearest_.assign(cells, kNone);
   row_low_.resize(cells);
   cells_.resize(cells);
   farthest_m_ = 0;
@@ -60,28 +55,36 @@ void FreeDepth::build(const DepthFrame& f, int cell_px) {
     }
   }
   // A voxel covers more than one cell: the nearest of 3 x 3. Cells without depth do not count.
-  for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column) {
-      const float* line = nearest_.data() + std::size_t(row) * columns_;
-      float value = line[column];
-      if (column > 0) value = nearer(value, line[column - 1]);
-      if (column + 1 < columns_) value = nearer(value, line[column + 1]);
-      row_low_[std::size_t(row) * columns_ + column] = value;
-    }
+  const auto width = static_cast<std::size_t>(columns_);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(rows_); ++row) {
+    const float* from = nearest_.data() + row * width;
+    float* to = row_low_.data() + row * width;
+    for (std::size_t c = 1; c + 1 < width; ++c)
+      to[c] = std::min(std::min(from[c - 1], from[c]), from[c + 1]);
+    to[0] = std::min(from[0], from[std::min<std::size_t>(1, width - 1)]);
+    to[width - 1] = std::min(from[width - 1], from[width > 1 ? width - 2 : 0]);
+  }
   coarse_columns_ = (columns_ + kCoarse - 1) / kCoarse;
   const int coarse_rows = (rows_ + kCoarse - 1) / kCoarse;
   coarse_.assign(std::size_t(coarse_columns_) * coarse_rows, {kNone, 0});
-  for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column) {
-      const std::size_t i = std::size_t(row) * columns_ + column;
-      float value = row_low_[i];
-      if (row > 0) value = nearer(value, row_low_[i - columns_]);
-      if (row + 1 < rows_) value = nearer(value, row_low_[i + columns_]);
-      cells_[i] = nearest_[i] > 0 ? value : 0;
-      Range& coarse = coarse_[std::size_t(row / kCoarse) * coarse_columns_ + column / kCoarse];
-      coarse.low = std::min(coarse.low, cells_[i]);
-      coarse.high = std::max(coarse.high, cells_[i]);
+  for (int row = 0; row < rows_; ++row) {
+    const std::size_t at = std::size_t(row) * width;
+    const float* own = nearest_.data() + at;
+    const float* here = row_low_.data() + at;
+    const float* above = row > 0 ? here - width : here;
+    const float* below = row + 1 < rows_ ? here + width : here;
+    float* to = cells_.data() + at;
+    for (std::size_t c = 0; c < width; ++c) {
+      const float nearest = std::min(std::min(above[c], here[c]), below[c]);
+      to[c] = own[c] < kNone ? nearest : 0;
     }
+    Range* coarse = coarse_.data() + std::size_t(row / kCoarse) * coarse_columns_;
+    for (std::size_t c = 0; c < width; ++c) {
+      Range& range = coarse[c / kCoarse];
+      range.low = std::min(range.low, to[c]);
+      range.high = std::max(range.high, to[c]);
+    }
+  }
 }
 
 FreeDepth::Range FreeDepth::range(float u0, float v0, float u1, float v1) const {

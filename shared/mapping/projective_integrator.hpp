@@ -42,9 +42,9 @@ class ProjectiveIntegrator {
   };
   void carve(const DepthFrame& frame, OccupancyMap& map, IntegrationReport& report);
   void carve_block(Tile& tile, int block_z, OccupancyMap& map, IntegrationReport& report);
-  void carve_cube(int x0, int y0, int z0, const Eigen::Vector3f& corner, std::int8_t* log_odds,
-                  Tile& tile, IntegrationReport& report) const;
   [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
+  /// Bit x: whether voxel x of eight along the map's x axis is free; `first`: centre of the first.
+  [[nodiscard]] unsigned free_of_eight(const Eigen::Vector3f& first) const;
   void apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map, IntegrationReport& report);
 
   IntegratorSettings settings_;
