@@ -51,7 +51,7 @@ Result<MapPublisher> MapPublisher::create(const std::shared_ptr<dds::Participant
   return p;
 }
 
-Result<void> MapPublisher::publish_tiles(MapBuilder& builder) {
+Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
   const Stopwatch watch;
   OccupancyMap& map = builder.map();
   const std::uint64_t revision = revision_ + 1;
@@ -75,6 +75,11 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder) {
         ++published_tiles_;
       }
     }
+    // Heights that moved go out at once; those only seen again, with a new age, once a second.
+    const TimeNs now = SystemClock().now();
+    const bool refresh = all || now - old.heights_time > kNsPerSecond;
+    if (!fresh && !tile->reclassified && !tile->moved && !refresh) continue;
+    old.heights_time = now;
     Bytes heights = encode_heights(tile_heights(map, *tile, floor_tolerance_m(map.voxel_m())));
     if (heights.size() > v1::MAX_HEIGHT_TILE_BYTES) return too_big();
     const std::uint32_t crc = crc32c(heights);
@@ -88,7 +93,7 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder) {
       old.height_crc = crc;
       revision_ = revision;
     }
-    tile->changed = tile->reclassified = false;
+    tile->changed = tile->reclassified = tile->moved = false;
   }
   stages.add("publish tiles", watch.ms());
   return {};

@@ -21,9 +21,9 @@ class MapPublisher {
   static Result<MapPublisher> create(const std::shared_ptr<dds::Participant>& participant,
                                      const Identity& identity, bool paper_method);
 
-  /// Publishes tiles whose content differs from what was last published; clears their flags.
-  /// Returns the tiles that had changed flags. Error: what DDS says.
-  Result<void> publish_tiles(MapBuilder& builder);
+  /// Publishes tiles whose content differs from what was last published, and clears their flags.
+  /// Heights that only got a new age wait up to a second, unless `all` is set. Error: what DDS says.
+  Result<void> publish_tiles(MapBuilder& builder, bool all);
   /// Whole octree, if the map changed since the last time.
   Result<void> publish_octree(MapBuilder& builder);
   /// `validity`: v1::STATUS_*.
@@ -42,6 +42,7 @@ class MapPublisher {
  private:
   struct Published {
     std::uint32_t voxel_crc = 0, height_crc = 0;
+    TimeNs heights_time = 0;  ///< wall clock
   };
   MapPublisher(dds::Writer<dds::MapTileTopic> tiles, dds::Writer<dds::HeightTileTopic> heights,
                dds::Writer<dds::OctreeMapTopic> octree, dds::Writer<dds::MapStatusTopic> status)

@@ -82,13 +82,13 @@ class Service {
              ", voxel " + std::to_string(builder_.voxel_m()) + " m");
 
     const MapperConfig& config = context_.config.mapper;
-    Every heartbeat(5), tiles(config.publish_hz), octree(config.octree_hz);
+    Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz);
     while (!context_.stopping()) {
       wakeup_.wait_for(20ms);
       if (auto alone = check_alone(*others); !alone) return alone;
       take_positions(*positions);
       bool accounted = take_clouds(*clouds);
-      if ((accounted || !builder_.map().changed_tiles().empty()) && tiles.due()) {
+      if (accounted ? tiles.due() : rest.due()) {
         if (auto done = hand_on(*publisher, store, false); !done) return done;
         if (accounted)
           builder_.stages.add(
@@ -192,7 +192,7 @@ class Service {
         return saved;
       builder_.stages.add("save state", watch.ms());
     }
-    return publisher.publish_tiles(builder_);
+    return publisher.publish_tiles(builder_, last);
   }
 
   void beat(MapPublisher& publisher) {

@@ -54,7 +54,7 @@ std::vector<Tile*> OccupancyMap::changed_tiles() {
   return out;
 }
 
-void OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,
+bool OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,
                                    std::uint8_t r, std::uint8_t g, std::uint8_t b) {
   auto& layer = block.surface[static_cast<std::size_t>(index / kTileColumns)];
   if (!layer) {
@@ -66,11 +66,13 @@ void OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double 
   // A running mean over at most 32 observations: older ones fade.
   const int n = std::min<int>(s.weight, 31);
   const auto blend = [n](double old, double now) { return (old * n + now) / (n + 1); };
+  const int before = s.offset;
   s.offset = static_cast<std::int8_t>(std::lround(blend(s.offset, 127 * offset)));
   s.r = static_cast<std::uint8_t>(std::lround(blend(s.r, r)));
   s.g = static_cast<std::uint8_t>(std::lround(blend(s.g, g)));
   s.b = static_cast<std::uint8_t>(std::lround(blend(s.b, b)));
   s.weight = static_cast<std::uint8_t>(n + 1);
+  return n == 0 || std::abs(s.offset - before) * voxel_m_ / 254 > 1e-3;
 }
 
 double OccupancyMap::surface_height_m(const Block& block, int index, int voxel_z) const {

@@ -69,6 +69,7 @@ struct Tile {
   // Since the flags were last cleared:
   bool changed = false;       ///< anything
   bool reclassified = false;  ///< a voxel became free, occupied or unknown
+  bool moved = false;         ///< a surface by more than a millimetre
 };
 
 /// Occupancy in XY tiles. What it costs to change depends on what is seen, not on its size.
@@ -108,8 +109,9 @@ class OccupancyMap {
     log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
     return classify(log_odds) != before;
   }
-  /// Merges one frame's mean height (map z) and colour into the surface of a voxel.
-  void observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
+  /// Merges one frame's mean height (map z) and colour into the surface of a voxel. True when that
+  /// moved it by more than a millimetre.
+  bool observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
                        std::uint8_t g, std::uint8_t b);
   /// Height of the surface in an occupied voxel [m].
   [[nodiscard]] double surface_height_m(const Block& block, int index, int voxel_z) const;

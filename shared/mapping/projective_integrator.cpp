@@ -197,7 +197,7 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMa
           .cast<float>();
   if (is_free(centre)) tile.reclassified |= OccupancyMap::update(log_odds, -kMiss);
   tile.reclassified |= OccupancyMap::update(log_odds, strength);
-  map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
+  tile.moved |= map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
   tile.last_observed[static_cast<std::size_t>(column)] = time;
   tile.changed = true;
   ++report.occupied;

@@ -51,7 +51,7 @@ class ClientTest : public ::testing::Test {
     tile.changed = tile.reclassified = true;
   }
   void publish() {
-    ASSERT_TRUE(publisher_.publish_tiles(builder_));
+    ASSERT_TRUE(publisher_.publish_tiles(builder_, true));
     publisher_.publish_status(builder_, 0.05, 0, "");
   }
 
