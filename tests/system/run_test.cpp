@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,47 @@ double share_red(const PointCloud& cloud, double x, double y, double low, double
   return all == 0 ? 0 : double(red) / double(all);
 }
 
+/// Heights of every obstacle within 2 % or 2 cm, 1 % on average.
+void expect_exact_heights(const nlohmann::json& report, double least_m) {
+  double sum = 0;
+  for (const auto& height : report["heights"]) {
+    const double true_m = height["true_m"];
+    const double error_m = std::abs(double(height["measured_m"]) - true_m);
+    EXPECT_LE(error_m, std::max(least_m, 0.02 * true_m)) << height;
+    sum += error_m / true_m;
+  }
+  EXPECT_LE(sum / double(report["heights"].size()), 0.01) << report["heights"];
+}
+
+TEST(Run, HeightsAreExactAtAnyVoxelSize) {
+  for (const char* voxel : {"0.01", "0.05", "0.10"}) {
+    const TempFolder folder;
+    const Finished run = test::run({"run", rig_recording(), "--out", folder / "out", "--voxel",
+                                    voxel, "--domain", next_domain()},
+                                   folder.path());
+    ASSERT_EQ(run.code, 0) << run.output;
+    SCOPED_TRACE(voxel);
+    expect_exact_heights(report_of(folder / "out"), 0);
+  }
+}
+
+TEST(Run, AHallFromNineMetresIsSafeAndExact) {
+  const std::string hall = CRANEMAP_SOURCE_DIR "/../shared/data/hall";
+  if (!fs::exists(hall)) GTEST_SKIP() << "the hall's recording is not on this machine";
+  const TempFolder folder;
+  const Finished run = test::run(
+      {"run", hall, "--out", folder / "out", "--voxel", "0.10", "--domain", next_domain()},
+      folder.path());
+  ASSERT_EQ(run.code, 0) << run.output;
+  const auto report = report_of(folder / "out");
+  const auto& judged = report["judgement"];
+  EXPECT_GE(judged["coverage"], 0.95);
+  EXPECT_LE(judged["unsafe"], 0.0005);
+  EXPECT_LE(judged["unmapped_obstacle"], 0.01);
+  EXPECT_LE(judged["phantom"], 0.001);
+  expect_exact_heights(report, 0.02);
+}
+
 TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
   const TempFolder folder;
   const std::string out = folder / "out";
@@ -46,11 +88,12 @@ TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
   EXPECT_EQ(report["frames"]["missing"], 0);
   EXPECT_TRUE(report["map"]["complete_at_subscriber"]);
   const auto& judged = report["judgement"];
-  EXPECT_GE(judged["coverage"], 0.89);
-  EXPECT_LE(judged["unsafe"], 0.005);
-  EXPECT_LE(judged["phantom"], 0.002);
+  EXPECT_GE(judged["coverage"], 0.95);
+  EXPECT_EQ(judged["unsafe"], 0);
+  EXPECT_EQ(judged["missed"], 0);
+  EXPECT_LE(judged["phantom"], 0.001);
   ASSERT_EQ(report["heights"].size(), 5U);
-  for (const auto& height : report["heights"]) EXPECT_LE(height["error_percent"], 2.0) << height;
+  expect_exact_heights(report, 0);
   for (const char* stage : {"rectify", "match", "depth", "camera to stereo"})
     EXPECT_EQ(report["services"]["stereo"]["stages_ms"][stage]["count"], 6) << stage;
 
