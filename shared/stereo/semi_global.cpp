@@ -97,6 +97,35 @@ struct SemiGlobalMatcher::Impl {
       for (int x = 0; x < width; ++x) to_above[x] = cost(pixels[x], above[x]);
     }
   }
+
+  /// Matched rows [from, to) to the rows of the image; a row between two of them is their mean
+  /// where they show the same surface. Returns the pixels with a match.
+  std::uint32_t spread(int from, int to, std::span<std::int16_t> disparity,
+                       std::span<std::uint8_t> confidence) const {
+    std::uint32_t matched = 0;
+    const int step = settings.row_step;
+    for (int row = from; row < to; ++row) {
+      const std::ptrdiff_t at = std::ptrdiff_t(row) * width;
+      const std::int16_t* own = settled.data() + at;
+      const std::int16_t* next = row + 1 < rows ? own + width : own;
+      const std::uint8_t* trust = settled_confidence.data() + at;
+      std::int16_t* to_disparity = disparity.data() + step * at;
+      std::uint8_t* to_confidence = confidence.data() + step * at;
+      std::copy(own, own + width, to_disparity);
+      std::copy(trust, trust + width, to_confidence);
+      for (int x = 0; x < width; ++x) matched += own[x] > 0 ? 1 : 0;
+      if (step == 1 || row * step + 1 >= height) continue;
+      for (int x = 0; x < width; ++x) {
+        const bool same =
+            own[x] > 0 && next[x] > 0 && std::abs(own[x] - next[x]) <= kDisparityScale;
+        to_disparity[width + x] =
+            same ? static_cast<std::int16_t>((own[x] + next[x]) / 2) : std::int16_t{0};
+        to_confidence[width + x] = same ? trust[x] : std::uint8_t{0};
+        matched += same ? 1 : 0;
+      }
+    }
+    return matched;
+  }
 };
 
 int SemiGlobalMatcher::disparities(int wanted) {
@@ -109,7 +138,7 @@ SemiGlobalMatcher::SemiGlobalMatcher(int width, int height, const SemiGlobalSett
     : impl_(std::make_unique<Impl>()) {
   expects(settings.first_px >= 0 && settings.count_px <= kMaxDisparities, "search range");
   expects(settings.row_step == 1 || settings.row_step == 2, "row step is 1 or 2");
-  expects(width > settings.first_px + 2 * kCensusReachX && height > 4 * kCensusReachY,
+  expects(width >= kMinWidth && height >= kMinHeight && width > settings.first_px + 8,
           "the image holds the search");
   Impl& m = *impl_;
   m.width = width;
@@ -201,25 +230,7 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
     settle_subpixel(subpixel, m.width, m.rows, from, to, m.settled.data(),
                     m.settled_confidence.data());
     meet.arrive_and_wait();  // the first settled row of the other half
-    for (int row = from; row < to; ++row) {
-      const std::int16_t* a = m.settled.data() + std::ptrdiff_t(row) * m.width;
-      const std::int16_t* b = row + 1 < m.rows ? a + m.width : a;
-      const std::uint8_t* trust = m.settled_confidence.data() + std::ptrdiff_t(row) * m.width;
-      std::int16_t* d0 = disparity.data() + std::ptrdiff_t(row) * step * m.width;
-      std::uint8_t* c0 = confidence.data() + std::ptrdiff_t(row) * step * m.width;
-      for (int x = 0; x < m.width; ++x) {
-        d0[x] = a[x];
-        c0[x] = trust[x];
-        report.matched += a[x] > 0;
-      }
-      if (step == 1 || row * step + 1 >= m.height) continue;
-      for (int x = 0; x < m.width; ++x) {
-        const bool same = a[x] > 0 && b[x] > 0 && std::abs(a[x] - b[x]) <= kDisparityScale;
-        d0[m.width + x] = same ? static_cast<std::int16_t>((a[x] + b[x]) / 2) : std::int16_t{0};
-        c0[m.width + x] = same ? trust[x] : std::uint8_t{0};
-        report.matched += same;
-      }
-    }
+    report.matched = m.spread(from, to, disparity, confidence);
   };
   std::jthread other(work, -1);
   work(1);

@@ -36,6 +36,8 @@ struct SemiGlobalReport {
 /// Memory: width * height * disparities / row_step bytes. Use by one thread.
 class SemiGlobalMatcher {
  public:
+  static constexpr int kMinWidth = 64, kMinHeight = 32;  ///< of the images [px]
+
   /// The smallest number of disparities >= `wanted` that can be searched; at most 256.
   static int disparities(int wanted);
 

@@ -2,12 +2,8 @@
 // not be merged by the linker into code for every processor.
 #include "stereo/semi_global_sweep.hpp"
 
-// From SSE4 (every PC since 2008) or NEON upwards; wider than 32 lanes would not be used.
-#define HWY_DISABLED_TARGETS \
-  (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_AVX3 | HWY_AVX3_DL)
-#if defined(__x86_64__)
-#define HWY_BASELINE_TARGETS HWY_SSE4
-#endif
+#include "stereo/simd_targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stereo/semi_global_sweep.cpp"
 #include <hwy/foreach_target.h>

@@ -146,6 +146,13 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
                      std::to_string(impl->count) + " px, is impossible in an image " +
                      std::to_string(impl->size.width) + " px wide (matcher sgm: at most 256 px)",
                  "raise stereo.nearest_m"};
+  if (impl->settings.matcher == StereoSettings::Matcher::kSgm &&
+      (impl->size.width < SemiGlobalMatcher::kMinWidth ||
+       impl->size.height < SemiGlobalMatcher::kMinHeight))
+    return Error{ErrorCode::kConfiguration, "stereo.matcher",
+                 "images of " + std::to_string(impl->size.width) + " x " +
+                     std::to_string(impl->size.height) + " px are too small for sgm",
+                 "set it to bm"};
   if (impl->settings.matcher == StereoSettings::Matcher::kSgm) {
     SemiGlobalSettings sgm;
     sgm.first_px = impl->first;
