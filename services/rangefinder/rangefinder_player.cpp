@@ -78,9 +78,11 @@ class Player {
     if (!progress) return progress.error();
     constexpr std::int64_t kAhead = 5;
     constexpr TimeNs kMargin = kNsPerSecond;
+    constexpr int kMaxResends = 20;
     const auto frames = static_cast<std::int64_t>(recording_.frames().size());
     std::int64_t accounted = -2;
     std::size_t next = 0;
+    int resends = 0;
     Stopwatch since_progress;
     while (!context_.stopping()) {
       const std::int64_t heard = progress->poll().value_or(-1);
@@ -93,6 +95,14 @@ class Player {
                              [](const Reading& r, TimeNs t) { return r.time < t; }) -
             readings_.begin());
       }
+      if (heard != accounted) resends = 0;
+      if (stuck && ++resends > kMaxResends)
+        return Error{
+            ErrorCode::kResource, "rangefinder_position",
+            "no map has accounted for frame " + std::to_string(accounted + 1) +
+                " although its positions were sent " + std::to_string(resends) + " times",
+            "are its images readable, and cranemap-camera, -stereo and -mapper running for "
+            "this crane and domain?"};
       if (heard != accounted || stuck) since_progress = {};
       accounted = heard;
       const bool all = accounted + kAhead >= frames;
