@@ -1,5 +1,7 @@
 #include "mapper/map_builder.hpp"
 
+#include "map_codec/tile_codec.hpp"
+
 namespace crane {
 namespace {
 
@@ -31,6 +33,18 @@ std::optional<PaperMapper> make_paper(const MapperConfig& c) {
 }
 
 }  // namespace
+
+Result<void> MapBuilder::check(const MapperConfig& config, const StereoRig& rig) {
+  const IntegratorSettings range = heights(config, rig);
+  const double voxels = (range.z_max_m - range.z_min_m) / choose_voxel(config, rig);
+  constexpr double kMost = (kMaxBlocks - 1) * kTileEdge;  // wherever the first block begins
+  if (voxels <= kMost) return {};
+  return Error{ErrorCode::kConfiguration, "mapper.voxel_m",
+               "z_min_m to z_max_m are " + std::to_string(static_cast<long>(voxels)) +
+                   " voxels, more than the " + std::to_string(static_cast<long>(kMost)) +
+                   " of a tile",
+               "raise it, or lower mapper.z_max_m"};
+}
 
 MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig)
     : config_(config),

@@ -49,6 +49,9 @@ class MapBuilder {
   /// Clouds that wait for their positions; the oldest is given up when one more comes.
   static constexpr std::size_t kMaxPending = 8;
 
+  /// Error: Configuration when z_min..z_max holds more voxels than a tile can carry.
+  static Result<void> check(const MapperConfig& config, const StereoRig& rig);
+  /// Of a configuration that passes check().
   MapBuilder(const MapperConfig& config, const StereoRig& rig);
 
   /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.

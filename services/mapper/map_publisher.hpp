@@ -22,7 +22,8 @@ class MapPublisher {
                                      const Identity& identity, bool paper_method);
 
   /// Publishes tiles whose content differs from what was last published, and clears their flags.
-  /// Heights that only got a new age wait up to a second, unless `all` is set. Error: what DDS says.
+  /// Heights that only got a new age wait up to a second, unless `all` is set. Error: what DDS
+  /// says.
   Result<void> publish_tiles(MapBuilder& builder, bool all);
   /// Whole octree, if the map changed since the last time.
   Result<void> publish_octree(MapBuilder& builder);

@@ -270,6 +270,7 @@ int run_mapper(int argc, char** argv) {
       [&](ServiceContext& context) -> Result<void> {
         auto rig = read_rig(options.calibration);
         if (!rig) return rig.error();
+        if (auto fits = MapBuilder::check(context.config.mapper, *rig); !fits) return fits;
         return Service(context, options, *rig).run();
       });
 }

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::uint32_t kTileMagic = 0x31564D43;    // "CMV1"
 constexpr std::uint32_t kHeightMagic = 0x31484D43;  // "CMH1"
-constexpr std::size_t kMaxBlocks = 64;              // 2048 voxels of height
 constexpr std::size_t kBlockBytes = 4 + kBlockVoxels / 4;
 constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4);
 constexpr int kLevel = 1;
@@ -40,8 +39,11 @@ Bytes encode_tile(const Tile& tile) {
   put_le(raw, kTileMagic, 4);
   put_le(raw, 0, 4);
   std::uint32_t count = 0;
+  auto left_out = std::count_if(tile.blocks.begin(), tile.blocks.end(),
+                                [](const auto& b) { return has_content(*b.second); }) -
+                  static_cast<std::ptrdiff_t>(kMaxBlocks);
   for (const auto& [bz, block] : tile.blocks) {
-    if (!has_content(*block) || count == kMaxBlocks) continue;
+    if (!has_content(*block) || left_out-- > 0) continue;
     ++count;
     put_le(raw, static_cast<std::uint32_t>(bz), 4);
     const std::size_t start = raw.size();

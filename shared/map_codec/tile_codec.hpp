@@ -14,6 +14,9 @@ namespace crane {
 // Versioned bytes of one tile, little-endian, zstd over all of it. idl/README.md has the layout.
 
 inline constexpr std::uint32_t kTileEncoding = 1;
+/// Blocks on top of each other that a tile can carry. The mapper refuses a range of heights with
+/// more; the paper's method, which has no range, loses the lowest (strays below the floor).
+inline constexpr std::size_t kMaxBlocks = 64;
 
 /// Classes of one 32 x 32 x 32 block, 2 bits each (0 unknown, 1 free, 2 occupied),
 /// index (z * 32 + y) * 32 + x, four to a byte from the low bits.

@@ -163,6 +163,17 @@ TEST_F(MapBuilderTest, PaperMethodTakesEquationNineWhenNoVoxelIsGiven) {
   EXPECT_NEAR(MapBuilder(c, rig_).voxel_m(), 0.195, 1e-9);
 }
 
+TEST_F(MapBuilderTest, AMapHigherThanATileCanCarryIsRefused) {
+  MapperConfig c = config();
+  c.voxel_m = 0.005;
+  c.z_max_m = 10;
+  const auto checked = MapBuilder::check(c, rig_);
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().code, ErrorCode::kConfiguration);
+  c.z_max_m = 9;
+  EXPECT_TRUE(MapBuilder::check(c, rig_));
+}
+
 TEST_F(MapBuilderTest, ASavedMapGoesOnWhereItStopped) {
   const test::TempFolder folder;
   positions(kT0, kT0 + 1000 * kMs);
