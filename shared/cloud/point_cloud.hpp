@@ -19,9 +19,9 @@ struct DepthFrame {
   double f_px = 0, cx_px = 0, cy_px = 0;
   /// sigma_z = z^2 / (f b) * sigma_disparity * 255 / confidence
   double baseline_m = 0, sigma_disparity_px = 0;
-  const float* depth_m = nullptr;                 ///< 0 = no match: no evidence
-  const std::uint8_t* confidence = nullptr;       ///< 0..255
-  const std::uint8_t* colour = nullptr;           ///< BGR; nullptr = none
+  const float* depth_m = nullptr;            ///< 0 = no match: no evidence
+  const std::uint8_t* confidence = nullptr;  ///< 0..255
+  const std::uint8_t* colour = nullptr;      ///< BGR; nullptr = none
   Eigen::Isometry3d T_map_rectified = Eigen::Isometry3d::Identity();
 };
 
