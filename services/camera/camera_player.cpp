@@ -18,8 +18,6 @@ using namespace std::chrono_literals;
 /// topics' histories, so that nothing is overwritten.
 constexpr std::int64_t kWindow = 3;
 constexpr TimeNs kDecodeAhead = kNsPerSecond / 20;  ///< decoding takes 15 to 30 ms
-constexpr auto kResendAfter = 1500ms;
-constexpr int kMaxResends = 20;
 
 class Player {
  public:
@@ -100,7 +98,7 @@ class Player {
         ++next;
         continue;
       }
-      if (since_progress.ms() > double(std::chrono::milliseconds(kResendAfter).count())) {
+      if (since_progress.ms() > double(kResendAfter.count())) {
         if (++resends > kMaxResends)
           return Error{
               ErrorCode::kResource, "stereo_frame",

@@ -78,7 +78,6 @@ class Player {
     if (!progress) return progress.error();
     constexpr std::int64_t kAhead = 5;
     constexpr TimeNs kMargin = kNsPerSecond;
-    constexpr int kMaxResends = 20;
     const auto frames = static_cast<std::int64_t>(recording_.frames().size());
     std::int64_t accounted = -2;
     std::size_t next = 0;
@@ -86,7 +85,7 @@ class Player {
     Stopwatch since_progress;
     while (!context_.stopping()) {
       const std::int64_t heard = progress->poll().value_or(-1);
-      const bool stuck = since_progress.ms() > 1500;
+      const bool stuck = since_progress.ms() > double(kResendAfter.count());
       if (heard < accounted || accounted == -2 || stuck) {
         const TimeNs from =
             recording_.frame_time(std::clamp<std::int64_t>(heard + 1, 0, frames - 1)) - kMargin;

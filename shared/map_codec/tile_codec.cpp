@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "map_codec/byte_order.hpp"
 
@@ -38,14 +40,13 @@ Bytes encode_tile(const Tile& tile) {
   Bytes raw;
   put_le(raw, kTileMagic, 4);
   put_le(raw, 0, 4);
-  std::uint32_t count = 0;
-  auto left_out = std::count_if(tile.blocks.begin(), tile.blocks.end(),
-                                [](const auto& b) { return has_content(*b.second); }) -
-                  static_cast<std::ptrdiff_t>(kMaxBlocks);
-  for (const auto& [bz, block] : tile.blocks) {
-    if (!has_content(*block) || left_out-- > 0) continue;
-    ++count;
-    put_le(raw, static_cast<std::uint32_t>(bz), 4);
+  std::vector<std::pair<int, const Block*>> content;  // from the lowest
+  for (const auto& [bz, block] : tile.blocks)
+    if (has_content(*block)) content.emplace_back(bz, block.get());
+  const std::size_t count = std::min(content.size(), kMaxBlocks);
+  for (std::size_t b = content.size() - count; b < content.size(); ++b) {
+    const Block* block = content[b].second;
+    put_le(raw, static_cast<std::uint32_t>(content[b].first), 4);
     const std::size_t start = raw.size();
     raw.resize(start + kBlockVoxels / 4);
     for (std::size_t i = 0; i < kBlockVoxels; i += 4) {

@@ -85,15 +85,9 @@ bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
 }
 
 unsigned ProjectiveIntegrator::free_of_eight(const Eigen::Vector3f& first) const {
-  const Projection p = projection_;  // a copy: the compiler may keep it in registers
   unsigned free = 0;
-  for (unsigned x = 0; x < kCube; ++x) {
-    const float depth = first.z() + float(x) * p.R(2, 0);
-    const float scale = p.focal / std::max(depth, p.near_m);
-    const float limit = free_.at((first.x() + float(x) * p.R(0, 0)) * scale + p.cu,
-                                 (first.y() + float(x) * p.R(1, 0)) * scale + p.cv);
-    free |= (depth >= p.near_m && depth + p.reach_m < limit ? 1U : 0U) << x;
-  }
+  for (unsigned x = 0; x < kCube; ++x)
+    free |= (is_free(first + float(x) * projection_.R.col(0)) ? 1U : 0U) << x;
   return free;
 }
 

@@ -1,11 +1,17 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "service/play_clock.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
+
+/// A player paced by the map sends again what the map has not accounted for after this long, so
+/// many times; then it gives up.
+inline constexpr std::chrono::milliseconds kResendAfter{1500};
+inline constexpr int kMaxResends = 20;
 
 /// What the services that play a recording are told.
 struct PlayOptions {

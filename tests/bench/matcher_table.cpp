@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/utility.hpp>
@@ -17,7 +16,6 @@
 #include <vector>
 
 #include "base/clock.hpp"
-#include "recording/image_file.hpp"
 #include "recording/recording.hpp"
 #include "stereo/semi_global.hpp"
 
