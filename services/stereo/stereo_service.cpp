@@ -18,6 +18,12 @@ using namespace std::chrono_literals;
 /// Share of the pixels with their best match at the near end of the search.
 constexpr double kNearLimit = 0.002;
 
+std::string two_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
 StereoSettings to_settings(const StereoConfig& c) {
   StereoSettings s;
   switch (c.matcher) {
@@ -146,15 +152,15 @@ class Service {
     if (near > kNearLimit) {
       status().dropped.add("frame with something nearer than the search");
       status().status = v1::STATUS_DEGRADED;
-      status().message =
-          "something is nearer to the camera than the search: lower stereo.nearest_m";
+      status().message = "something is nearer to the camera than any search: it stays unknown";
       return;
     }
     status().status = v1::STATUS_OK;
-    status().message.clear();
-    if (!report.row_error_px) return;
-    char text[60];
-    std::snprintf(text, sizeof text, "epipolar error %.2f px", *report.row_error_px);
+    std::string text;
+    if (report.row_error_px) text = "epipolar error " + two_digits(*report.row_error_px) + " px";
+    if (report.near > 0)
+      text += (text.empty() ? "" : "; ") + std::to_string(report.near) +
+              " px nearer than stereo.nearest_m, matched at a quarter of the resolution";
     status().message = text;
   }
 

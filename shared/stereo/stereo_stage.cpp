@@ -8,6 +8,7 @@
 
 #include "base/clock.hpp"
 #include "stereo/disparity_support.hpp"
+#include "stereo/near_field.hpp"
 #include "stereo/semi_global.hpp"
 
 namespace crane {
@@ -16,6 +17,8 @@ namespace {
 /// Search range as a share of the camera's height above the floor, unless told otherwise: things up
 /// to nearly half of it, and holes in the floor. Each 16 px of disparity cost a sixth of the time.
 constexpr double kNearest = 0.52, kFarthest = 1.15;
+/// What is nearer than that, up to this share, is searched for in small images.
+constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
@@ -61,6 +64,7 @@ struct StereoStage::Impl {
   cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
   std::unique_ptr<SemiGlobalMatcher> sgm;
+  std::optional<NearField> near_field;  ///< beside sgm
   PairCheck check;
   bool coloured = false;
   std::int64_t number = -1;
@@ -160,6 +164,10 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     sgm.left_right_px = settings.left_right_px < 0 ? impl->count : settings.left_right_px;
     impl->sgm = std::make_unique<SemiGlobalMatcher>(impl->size.width, impl->size.height, sgm);
     impl->count = SemiGlobalMatcher::disparities(impl->count);
+    const double nearest = kNearField * rig.camera_height_m();
+    impl->near_field = NearField::create(
+        impl->size.width, impl->size.height,
+        {impl->first, impl->first + impl->count - 1, static_cast<int>(fb / nearest)});
   } else {
     impl->opencv = make_matcher(impl->settings, impl->first, impl->count);
   }
@@ -214,10 +222,15 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     if (report.flaw) {
       m.disparity.setTo(0);
     } else if (m.sgm) {
-      report.too_near = m.sgm
-                            ->match(view(m.left), view(m.right),
-                                    {m.disparity.ptr<std::int16_t>(), pixels}, out.confidence)
-                            .at_near_end;
+      const std::span<std::int16_t> found(m.disparity.ptr<std::int16_t>(), pixels);
+      report.too_near =
+          m.sgm->match(view(m.left), view(m.right), found, out.confidence).at_near_end;
+      if (m.near_field) {
+        const NearFieldReport near =
+            m.near_field->apply(view(m.left), view(m.right), found, out.confidence);
+        report.near = near.matched;
+        report.too_near = near.too_near;
+      }
     } else {
       m.opencv->compute(m.left, m.right, m.disparity);
       m.disparity *= kOpenCvFactor;

@@ -72,6 +72,16 @@ TEST(Accuracy, HoldsForATiltedMount) {
   expect_exact_and_safe(trial(scene, cranemap_method(kVoxel)));
 }
 
+TEST(Accuracy, DoesNotMapThingsLowerThatStandNearerThanTheSearch) {
+  Scene scene = rig_scene(6);
+  scene.camera.rig.T_map_camera_at_zero.translation().z() = 1.4;  // the chair fills 0.63 of it
+  const Outcome o = trial(scene, cranemap_method(kVoxel));
+  EXPECT_LE(o.judgement.unsafe, 0.002);  // a column or two on the edge of the chair's back
+  EXPECT_EQ(o.judgement.missed, 0);
+  EXPECT_LE(o.judgement.phantom, 0.001);
+  EXPECT_LE(o.worst_percent(), 2);
+}
+
 TEST(Accuracy, HoldsForOtherObstaclesFromThreeMetres) {
   Scene scene = rig_scene(5);
   scene.camera.rig.T_map_camera_at_zero.translation().z() = 3;

@@ -103,6 +103,25 @@ client::HeightGrid grid_of(const OccupancyMap& map, bool voxel_tops) {
   return grid;
 }
 
+/// Distance between the middle of a top as mapped and as true.
+double offset_of(const TrueObstacle& o, const client::HeightGrid& grid) {
+  constexpr double kAround = 0.25, kLevel = 0.15;  // [m]; [of the height]
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    const Eigen::Vector2d p(
+        grid.origin_x_m + (double(i % grid.columns) + 0.5) * grid.cell_m - o.x_m,
+        grid.origin_y_m + (double(i / grid.columns) + 0.5) * grid.cell_m - o.y_m);
+    if (grid.cells[i].surface != client::Surface::kObstacle ||
+        p.norm() > std::max(o.radius_m, std::hypot(o.size_x_m, o.size_y_m) / 2) + kAround ||
+        std::abs(grid.cells[i].height_m - o.height_m) > kLevel * o.height_m)
+      continue;
+    sum += p;
+    ++count;
+  }
+  return count > 0 ? sum.norm() / count : 0;
+}
+
 /// Calls fn(class, x, y, z) with the centre of every known voxel.
 template <class Fn>
 void for_each_known(const OccupancyMap& map, Fn fn) {
@@ -227,6 +246,8 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   std::vector<TrueObstacle> obstacles;
   for (const SceneObstacle& o : scene.obstacles) obstacles.push_back(o.shape);
   out.heights = measure(out.grid, obstacles);
+  for (const TrueObstacle& o : obstacles)
+    if (o.kind != "chair") out.offset_m = std::max(out.offset_m, offset_of(o, out.grid));
   if (auto judged = judge_map(builder.map(), recording, scene, out); !judged) return judged.error();
   if (auto sized = measure_files(builder, recording.folder(), out); !sized) return sized.error();
   return out;

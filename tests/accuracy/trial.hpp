@@ -36,6 +36,8 @@ struct Outcome {
   std::size_t pcd_bytes = 0, ot_bytes = 0, bt_bytes = 0;
   client::HeightGrid grid;
   std::vector<OccupiedCube> occupied;
+  /// How far the middle of an obstacle's top lies from where it is, largest of all; chairs apart.
+  double offset_m = 0;
 
   [[nodiscard]] double worst_percent() const;
   [[nodiscard]] double mean_percent() const;
