@@ -7,6 +7,11 @@
 
 namespace crane {
 
+/// Edge of the cells that voxels of this size in the image need [px].
+constexpr int free_cell_px(double voxel_px) {
+  return voxel_px >= 64 ? 32 : voxel_px < 4 ? 1 : static_cast<int>(voxel_px / 2);
+}
+
 /// Up to which depth the rays of one frame are known to pass free: the depth image in cells, each
 /// the nearest plausible depth (two sigma nearer than measured) of its pixels and those of the
 /// cells around. 0 where too few pixels have a match: nothing is known to be free there.
@@ -30,6 +35,9 @@ class FreeDepth {
   /// Bounds of all cells that the rectangle touches; `low` is 0 if any part lies outside the image.
   [[nodiscard]] Range range(float u0, float v0, float u1, float v1) const;
 
+  [[nodiscard]] const float* cells() const { return cells_.data(); }  ///< rows() x columns()
+  [[nodiscard]] int columns() const { return columns_; }
+  [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] float farthest_m() const { return farthest_m_; }
   [[nodiscard]] int cell_px() const { return cell_px_; }
 

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <thread>
 
 namespace crane {
 namespace {
 
-constexpr int kCube = 8;  ///< voxels along an edge of what is freed at once
+constexpr int kCube = kFreeCube;
 /// A surface less certain than this share of a voxel joins one that is there, within this many
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
@@ -30,30 +31,41 @@ void free_eight(std::int8_t* log_odds, Tile& tile) {
 IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeNs time,
                                                   OccupancyMap& map) {
   IntegrationReport report;
-  const std::vector<SurfaceHit>& hits =
-      surfaces_.find(frame, map.voxel_m(), settings_.z_min_m, settings_.z_max_m, report.surfaces);
-  if (report.surfaces.points + report.surfaces.out_of_range == 0) return report;  // no evidence
-  free_.build(frame, surfaces_.cell_px());
-  carve(frame, map, report);
-  for (const SurfaceHit& hit : hits) apply(hit, time, map, report);
+  const double voxel_px = mean_voxel_px(frame, map.voxel_m());
+  if (!(voxel_px > 0)) return report;  // no evidence
+  const std::vector<SurfaceHit>* hits = nullptr;
+  {
+    const std::jthread finder([&] {
+      hits = &surfaces_.find(frame, map.voxel_m(), voxel_px, settings_.z_min_m, settings_.z_max_m,
+                             report.surfaces);
+    });
+    free_.build(frame, free_cell_px(voxel_px));
+    carve(frame, map, report);
+  }
+  for (const SurfaceHit& hit : *hits) apply(hit, time, map, report);
   return report;
 }
 
 void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
                                  IntegrationReport& report) {
-  const double farthest = free_.farthest_m();
-  if (!(farthest > 0)) return;
   const double voxel = map.voxel_m();
   const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
   Projection& p = projection_;
   p.R = (T_rectified_map.linear() * voxel).cast<float>();
   p.t = T_rectified_map.translation();
-  p.voxel_m = voxel;
-  p.focal = static_cast<float>(f.f_px / free_.cell_px());
-  p.cu = static_cast<float>((f.cx_px + 0.5) / free_.cell_px());
-  p.cv = static_cast<float>((f.cy_px + 0.5) / free_.cell_px());
-  p.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
-  p.near_m = static_cast<float>(voxel);
+  FreeProjection& c = p.cells;
+  c.cells = free_.cells();
+  c.columns = free_.columns();
+  c.rows = free_.rows();
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < 3; ++i) c.step[axis][i] = p.R(i, axis);
+  c.focal = static_cast<float>(f.f_px / free_.cell_px());
+  c.cu = static_cast<float>((f.cx_px + 0.5) / free_.cell_px());
+  c.cv = static_cast<float>((f.cy_px + 0.5) / free_.cell_px());
+  c.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
+  c.near_m = static_cast<float>(voxel);
+  const double farthest = free_.farthest_m();
+  if (!(farthest > 0)) return;
 
   // Map box around the frustum: its four corners at the farthest depth, and the camera.
   Eigen::AlignedBox3d box;
@@ -78,22 +90,16 @@ void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
 }
 
 bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
-  if (centre.z() < projection_.near_m) return false;
-  const float scale = projection_.focal / centre.z();
-  return centre.z() + projection_.reach_m <
-         free_.at(centre.x() * scale + projection_.cu, centre.y() * scale + projection_.cv);
-}
-
-unsigned ProjectiveIntegrator::free_of_eight(const Eigen::Vector3f& first) const {
-  unsigned free = 0;
-  for (unsigned x = 0; x < kCube; ++x)
-    free |= (is_free(first + float(x) * projection_.R.col(0)) ? 1U : 0U) << x;
-  return free;
+  const FreeProjection& c = projection_.cells;
+  if (centre.z() < c.near_m) return false;
+  const float scale = c.focal / centre.z();
+  return centre.z() + c.reach_m < free_.at(centre.x() * scale + c.cu, centre.y() * scale + c.cv);
 }
 
 void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map,
                                        IntegrationReport& report) {
   const Projection& p = projection_;
+  const FreeProjection& cells = p.cells;
   const auto found = tile.blocks.find(block_z);
   Block* block = found == tile.blocks.end() ? nullptr : found->second.get();
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
@@ -120,37 +126,43 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
               (kCube - 1) * p.R * Eigen::Vector3f(float(c & 1), float(c >> 1 & 1), float(c >> 2));
           near = std::min(near, q.z());
           far = std::max(far, q.z());
-          const float scale = p.focal / std::max(q.z(), p.near_m);
+          const float scale = cells.focal / std::max(q.z(), cells.near_m);
           u0 = std::min(u0, q.x() * scale), u1 = std::max(u1, q.x() * scale);
           v0 = std::min(v0, q.y() * scale), v1 = std::max(v1, q.y() * scale);
         }
-        if (far < p.near_m || near + p.reach_m >= free_.farthest_m()) continue;
+        if (far < cells.near_m || near + cells.reach_m >= free_.farthest_m()) continue;
         FreeDepth::Range range;
-        if (near >= p.near_m) {
+        if (near >= cells.near_m) {
           constexpr float kRounding = 0.01F;
-          u0 += p.cu - kRounding, u1 += p.cu + kRounding;
-          v0 += p.cv - kRounding, v1 += p.cv + kRounding;
+          u0 += cells.cu - kRounding, u1 += cells.cu + kRounding;
+          v0 += cells.cv - kRounding, v1 += cells.cv + kRounding;
           if (!free_.touches(u0, v0, u1, v1)) continue;
           range = free_.range(u0, v0, u1, v1);
-          if (near + p.reach_m >= range.high) continue;
+          if (near + cells.reach_m >= range.high) continue;
         }
         if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return;
         std::int8_t* log_odds = block->log_odds.data();
-        if (whole && far + p.reach_m < range.low) {
+        if (whole && far + cells.reach_m < range.low) {
           for (int z = z0; z < z0 + kCube; ++z)
             for (int y = y0; y < y0 + kCube; ++y)
               free_eight(log_odds + (z * kTileEdge + y) * kTileEdge + x0, tile);
           report.freed += kCube * kCube * kCube;
           continue;
         }
+        std::uint8_t masks[kCube * kCube];
+        free_of_cube(cells, corner.data(), masks);
         for (int z = std::max(z0, z_first); z <= std::min(z0 + kCube - 1, z_last); ++z)
           for (int y = y0; y < y0 + kCube; ++y) {
-            const Eigen::Vector3f centre =
-                corner + p.R * Eigen::Vector3f(0, float(y - y0), float(z - z0));
+            const unsigned mask = masks[(z - z0) * kCube + (y - y0)];
+            if (mask == 0) continue;
             std::int8_t* row = log_odds + (z * kTileEdge + y) * kTileEdge + x0;
-            for (unsigned free = free_of_eight(centre); free != 0; free &= free - 1) {
+            report.freed += static_cast<unsigned>(__builtin_popcount(mask));
+            if (mask == 0xFF) {
+              free_eight(row, tile);
+              continue;
+            }
+            for (unsigned free = mask; free != 0; free &= free - 1) {
               std::int8_t& voxel = row[__builtin_ctz(free)];
-              ++report.freed;
               if (voxel == kLogOddsMin) continue;
               tile.reclassified |= OccupancyMap::update(voxel, kMiss);
               tile.changed = true;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "mapping/free_cube.hpp"
 #include "mapping/free_depth.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "mapping/surface_finder.hpp"
@@ -22,7 +23,8 @@ struct IntegrationReport {
 /// One organised cloud into the map: occupied where surfaces are found, free where measured rays
 /// pass, untouched behind the surface and where nothing matched. No ray casting: cubes of 8^3
 /// voxels are projected into the depth image and freed or left at once, and voxel by voxel only
-/// where a surface passes through them. Cost is that of what is seen, not of the map.
+/// where a surface passes through them. Cost is that of what is seen, not of the map. Two threads:
+/// one finds surfaces, one frees; the result does not depend on their timing.
 class ProjectiveIntegrator {
  public:
   explicit ProjectiveIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
@@ -35,16 +37,11 @@ class ProjectiveIntegrator {
   struct Projection {
     Eigen::Matrix3f R;  ///< rectified camera from map, per voxel
     Eigen::Vector3d t;  ///< position of map origin in the camera, [m]
-    double voxel_m = 0;
-    float focal = 0, cu = 0, cv = 0;  ///< in cells
-    float reach_m = 0;  ///< from a voxel's centre to its farthest point along the view
-    float near_m = 0;   ///< voxels nearer to the camera are not looked at
+    FreeProjection cells;
   };
   void carve(const DepthFrame& frame, OccupancyMap& map, IntegrationReport& report);
   void carve_block(Tile& tile, int block_z, OccupancyMap& map, IntegrationReport& report);
   [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
-  /// Bit x: whether voxel x of eight along the map's x axis is free; `first`: centre of the first.
-  [[nodiscard]] unsigned free_of_eight(const Eigen::Vector3f& first) const;
   void apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map, IntegrationReport& report);
 
   IntegratorSettings settings_;

@@ -7,7 +7,9 @@ namespace crane {
 namespace {
 
 /// Share of the samples that a level voxel face gets which a surface must have to be believed.
-constexpr double kMinShare = 0.12;
+constexpr double kMinShare = 0.16;
+/// A voxel at least so large in the image [px] has samples enough in every other row.
+constexpr double kRowsApart = 3;
 /// Samples farther apart than this many of their sigmas, and than a voxel, are two surfaces.
 constexpr float kApart = 4;
 /// A group no thicker than this many sigmas is level, and noise is all its thickness.
@@ -30,11 +32,19 @@ void sort_by_height(Sample* samples, std::size_t count) {
 
 }  // namespace
 
+double mean_voxel_px(const DepthFrame& f, double voxel_m) {
+  double sum = 0;
+  std::uint64_t matched = 0;
+  for (std::size_t i = 0; i < std::size_t(f.width) * f.height; i += 97)
+    if (f.depth_m[i] > 0) sum += f.depth_m[i], ++matched;
+  return matched > 0 ? voxel_m * f.f_px / (sum / double(matched)) : 0;
+}
+
 const std::vector<SurfaceHit>& SurfaceFinder::find(const DepthFrame& frame, double voxel_m,
-                                                   double z_min_m, double z_max_m,
+                                                   double voxel_px, double z_min_m, double z_max_m,
                                                    SurfaceReport& report) {
   hits_.clear();
-  collect(frame, voxel_m, z_min_m, z_max_m, report);
+  collect(frame, voxel_m, voxel_px, z_min_m, z_max_m, report);
   if (unsorted_.empty()) return hits_;
   // Counting sort by column.
   start_.assign(std::size_t(columns_) * rows_ + 1, 0);
@@ -55,25 +65,22 @@ const std::vector<SurfaceHit>& SurfaceFinder::find(const DepthFrame& frame, doub
   return hits_;
 }
 
-void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double z_min_m, double z_max_m,
-                            SurfaceReport& report) {
+void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px, double z_min_m,
+                            double z_max_m, SurfaceReport& report) {
   unsorted_.clear();
   column_of_.clear();
-  double sum = 0;
-  float farthest = 0;
-  std::uint64_t matched = 0;
-  for (std::size_t i = 0; i < std::size_t(f.width) * f.height; i += 97)
-    if (f.depth_m[i] > 0) sum += f.depth_m[i], ++matched;
-  if (matched == 0) return;
-  // About 3 x 3 samples on the face of a voxel are enough for its mean height.
-  const double voxel_px = voxel_m * f.f_px / (sum / double(matched));
-  const auto step = static_cast<std::uint32_t>(std::clamp(static_cast<int>(voxel_px / 3), 1, 8));
-  cell_px_ = std::clamp(static_cast<int>(voxel_px / 2), 1, 32);
-  const double samples = voxel_px * voxel_px / (step * step);
-  min_samples_ = static_cast<std::uint32_t>(std::max(1.0, std::round(kMinShare * samples)));
+  // About 3 x 3 samples on the face of a voxel are enough for its mean height. Every other row at
+  // most: those between are made of their neighbours by the matcher, and say nothing new.
+  const auto step_u = static_cast<std::uint32_t>(std::clamp(static_cast<int>(voxel_px / 3), 1, 8));
+  const std::uint32_t step_v = step_u > 1 || voxel_px < kRowsApart ? step_u : 2;
+  const double samples = voxel_px * voxel_px / (step_u * step_v);
+  // One sample alone is believed only where a voxel has hardly more.
+  const double least = samples >= 4 ? 2 : 1;
+  min_samples_ = static_cast<std::uint32_t>(std::max(least, std::round(kMinShare * samples)));
 
-  for (std::uint32_t v = step / 2; v < f.height; v += step)
-    for (std::uint32_t u = step / 2; u < f.width; u += step)
+  float farthest = 0;
+  for (std::uint32_t v = step_v / 2 & ~1U; v < f.height; v += step_v)
+    for (std::uint32_t u = step_u / 2; u < f.width; u += step_u)
       farthest = std::max(farthest, f.depth_m[std::size_t(v) * f.width + u]);
   if (!(farthest > 0)) return;
   Eigen::AlignedBox2d box;
@@ -102,9 +109,9 @@ void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double z_min_m,
   const auto voxel = static_cast<float>(voxel_m);
   const auto inverse_f = static_cast<float>(1 / f.f_px);
   const auto sigma_scale = static_cast<float>(255 * f.sigma_disparity_px / (f.f_px * f.baseline_m));
-  for (std::uint32_t v = step / 2; v < f.height; v += step) {
+  for (std::uint32_t v = step_v / 2 & ~1U; v < f.height; v += step_v) {
     const float y = (float(v) - float(f.cy_px)) * inverse_f;
-    for (std::uint32_t u = step / 2; u < f.width; u += step) {
+    for (std::uint32_t u = step_u / 2; u < f.width; u += step_u) {
       const std::size_t i = std::size_t(v) * f.width + u;
       const float depth = f.depth_m[i];
       if (!(depth > 0)) continue;

@@ -21,6 +21,9 @@ struct SurfaceReport {
   std::uint64_t weak = 0;          ///< groups of too few samples to be believed
 };
 
+/// Edge of a voxel in the image at the mean depth [px]; 0 = nothing matched.
+double mean_voxel_px(const DepthFrame& frame, double voxel_m);
+
 /// Depth samples of one frame to surfaces, column by column of the map. Samples of a column that
 /// differ no more than their noise are one level surface at their weighted mean: a floor far away
 /// stays one voxel thick. Samples that differ more are a wall: each voxel with enough of them.
@@ -29,26 +32,23 @@ struct SurfaceReport {
 class SurfaceFinder {
  public:
   /// Heights outside [z_min_m, z_max_m] are left out.
-  const std::vector<SurfaceHit>& find(const DepthFrame& frame, double voxel_m, double z_min_m,
-                                      double z_max_m, SurfaceReport& report);
-
-  /// Edge of the cells that a free space of this voxel size needs, of the last frame [px].
-  [[nodiscard]] int cell_px() const { return cell_px_; }
+  /// `voxel_px`: mean_voxel_px().
+  const std::vector<SurfaceHit>& find(const DepthFrame& frame, double voxel_m, double voxel_px,
+                                      double z_min_m, double z_max_m, SurfaceReport& report);
 
  private:
   struct Sample {
     float z_m, sigma_m;
     std::uint32_t pixel;
   };
-  void collect(const DepthFrame& frame, double voxel_m, double z_min_m, double z_max_m,
-               SurfaceReport& report);
+  void collect(const DepthFrame& frame, double voxel_m, double voxel_px, double z_min_m,
+               double z_max_m, SurfaceReport& report);
   void column(const DepthFrame& frame, double voxel_m, std::int32_t x, std::int32_t y,
               Sample* samples, std::size_t count, SurfaceReport& report);
   void emit(const DepthFrame& frame, double voxel_m, std::int32_t x, std::int32_t y,
             const Sample* samples, std::size_t count);
 
   std::uint32_t min_samples_ = 1;
-  int cell_px_ = 1;
   std::int32_t x0_ = 0, y0_ = 0, columns_ = 0, rows_ = 0;  ///< of the map, seen by this frame
   std::vector<Sample> unsorted_, sorted_;
   std::vector<std::uint32_t> column_of_, start_;

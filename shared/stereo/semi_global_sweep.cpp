@@ -2,7 +2,7 @@
 // not be merged by the linker into code for every processor.
 #include "stereo/semi_global_sweep.hpp"
 
-#include "stereo/simd_targets.hpp"
+#include "base/simd_targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stereo/semi_global_sweep.cpp"

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "stereo/simd_targets.hpp"
+#include "base/simd_targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stereo/subpixel.cpp"

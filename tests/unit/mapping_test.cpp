@@ -207,13 +207,62 @@ TEST(SurfaceFinder, AWallIsOccupiedOverItsHeightAndALevelFaceOnce) {
   SurfaceFinder finder;
   SurfaceReport report;
   std::set<int> wall, floor;
-  for (const SurfaceHit& hit : finder.find(view.frame, 0.05, -0.3, 1.8, report)) {
+  for (const SurfaceHit& hit :
+       finder.find(view.frame, 0.05, mean_voxel_px(view.frame, 0.05), -0.3, 1.8, report)) {
     if (hit.x == 6 || hit.x == 5) wall.insert(hit.z);
     if (hit.x == 2) floor.insert(hit.z);
   }
   EXPECT_GE(wall.size(), 8U);
   EXPECT_EQ(floor.size(), 1U);
   EXPECT_GT(report.points, 1000U);
+}
+
+TEST(FreeCube, IsWhatASlowReferenceSays) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  constexpr int kColumns = 40, kRows = 30;
+  std::vector<float> cells(kColumns * kRows);
+  std::size_t compared = 0;
+  std::size_t free_voxels = 0;
+  for (int round = 0; round < 200; ++round) {
+    for (float& cell : cells) cell = uniform(random) > -0.5F ? 2 + uniform(random) : 0;
+    FreeProjection p;
+    p.cells = cells.data();
+    p.columns = kColumns;
+    p.rows = kRows;
+    for (auto& axis : p.step)
+      for (float& step : axis) step = 0.1F * uniform(random);
+    p.focal = 20;
+    p.cu = 20;
+    p.cv = 15;
+    p.reach_m = 0.05F;
+    p.near_m = 0.1F;
+    const float first[3] = {uniform(random), uniform(random), 1.5F + uniform(random)};
+    std::uint8_t masks[kFreeCube * kFreeCube];
+    free_of_cube(p, first, masks);
+    for (int i = 0; i < kFreeCube * kFreeCube * kFreeCube; ++i) {
+      const int x = i % kFreeCube, y = i / kFreeCube % kFreeCube, z = i / kFreeCube / kFreeCube;
+      double q[3];
+      for (int a = 0; a < 3; ++a)
+        q[a] = double(first[a]) + x * double(p.step[0][a]) + y * double(p.step[1][a]) +
+               z * double(p.step[2][a]);
+      const double u = q[0] * 20 / q[2] + 20;
+      const double v = q[1] * 20 / q[2] + 15;
+      const auto on_border = [](double value) {
+        return std::abs(value - std::round(value)) < 1e-3;
+      };
+      if (std::abs(q[2] - 0.1) < 1e-3 || (q[2] > 0 && (on_border(u) || on_border(v)))) continue;
+      const bool inside = q[2] >= 0.1 && u >= 0 && v >= 0 && u < kColumns && v < kRows;
+      const double open = inside ? double(cells[std::size_t(int(v) * kColumns + int(u))]) : 0;
+      if (std::abs(q[2] + 0.05 - open) < 1e-4) continue;
+      ++compared;
+      const bool free = inside && q[2] + 0.05 < open;
+      free_voxels += free ? 1 : 0;
+      ASSERT_EQ((masks[kFreeCube * z + y] >> x & 1) != 0, free) << u << " " << v << " " << q[2];
+    }
+  }
+  EXPECT_GT(compared, 90'000U);
+  EXPECT_GT(free_voxels, 10'000U);
 }
 
 TEST(Heights, AreFinerThanAVoxel) {
