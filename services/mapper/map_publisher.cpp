@@ -2,7 +2,6 @@
 
 #include "bounds.h"
 #include "map_codec/crc32c.hpp"
-#include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_codec.hpp"
 
 namespace crane {
@@ -60,6 +59,7 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
     const auto [it, fresh] = published_.try_emplace(tile->key);
     Published& old = it->second;
     if (fresh || tile->reclassified) {
+      bt_.changed(tile->key);
       Bytes voxels = encode_tile(*tile);
       if (voxels.size() > v1::MAX_TILE_BYTES) return too_big();
       const std::uint32_t crc = crc32c(voxels);
@@ -102,7 +102,7 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
 Result<void> MapPublisher::publish_octree(MapBuilder& builder) {
   if (octree_revision_ == revision_) return {};
   const Stopwatch watch;
-  const Bytes file = write_bt(builder.map());
+  const Bytes file = bt_.write(builder.map());
   Bytes payload = compress(file, kOctreeLevel);
   octree_revision_ = revision_;
   if (payload.size() > v1::MAX_OCTREE_BYTES) {

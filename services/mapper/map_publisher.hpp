@@ -5,6 +5,7 @@
 
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
+#include "map_codec/octree_stream.hpp"
 #include "mapper/map_builder.hpp"
 
 namespace crane {
@@ -60,6 +61,7 @@ class MapPublisher {
   Identity identity_;
   bool paper_method_ = false;
   std::map<TileKey, Published> published_;
+  BtWriter bt_;
   std::uint64_t voxel_digest_ = 0, height_digest_ = 0;
   std::uint64_t revision_ = 0, octree_revision_ = 0, status_sequence_ = 0, published_tiles_ = 0;
 };

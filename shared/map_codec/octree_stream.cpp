@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <sstream>
 #include <string>
 
 namespace crane {
 namespace {
 
+constexpr const char* kBtFirstLine = "# Octomap OcTree binary file";
 constexpr int kTreeDepth = 16;                  // OctoMap's
 constexpr int kBlockLevel = 5;                  // a block is a cube of 2^5 voxels
 constexpr int kOrigin = 1 << (kTreeDepth - 1);  // OctoMap key of voxel 0
@@ -16,6 +18,8 @@ constexpr int kBlockTreeDepth = kTreeDepth - kBlockLevel;
 
 struct BlockRef {
   std::uint64_t morton = 0;
+  TileKey tile;
+  int z = 0;
   const Block* block = nullptr;
 };
 
@@ -37,7 +41,7 @@ std::vector<BlockRef> sorted_blocks(const OccupancyMap& map) {
       if (fits(tile->key.x) && fits(tile->key.y) && fits(bz))
         refs.push_back(
             {morton(tile->key.x + kBlockOrigin, tile->key.y + kBlockOrigin, bz + kBlockOrigin),
-             block.get()});
+             tile->key, bz, block.get()});
   std::sort(refs.begin(), refs.end(), [](auto& a, auto& b) { return a.morton < b.morton; });
   return refs;
 }
@@ -61,7 +65,9 @@ class TreeWalk {
 
   Value blocks(std::span<const BlockRef> refs, int level) {
     if (refs.empty()) return Value{};
-    if (level == kBlockLevel) return inside(*refs.front().block, level, 0, 0, 0);
+    if (level == kBlockLevel)
+      return writer_.block(refs.front(),
+                           [&] { return inside(*refs.front().block, level, 0, 0, 0); });
     const auto mark = writer_.begin_node();
     std::array<Value, 8> children{};
     std::size_t first = 0;
@@ -98,6 +104,24 @@ struct BinaryWriter {
   static constexpr Value kInner = 3;
   Bytes out;
   std::size_t nodes = 1;
+  /// Finds a block's subtree, made empty when it is not known; may be empty itself.
+  std::function<BtWriter::Subtree&(const BlockRef&)> known;
+
+  template <class Encode>
+  Value block(const BlockRef& ref, Encode encode) {
+    if (!known) return encode();
+    BtWriter::Subtree& kept = known(ref);
+    if (kept.bytes.empty() && kept.value == 0) {
+      const Mark mark{out.size(), nodes};
+      kept.value = encode();
+      kept.bytes.assign(out.begin() + std::ptrdiff_t(mark.at), out.end());
+      kept.nodes = nodes - mark.nodes;
+    } else {
+      out.insert(out.end(), kept.bytes.begin(), kept.bytes.end());
+      nodes += kept.nodes;
+    }
+    return kept.value;
+  }
 
   struct Mark {
     std::size_t at, nodes;
@@ -136,6 +160,11 @@ struct ColourWriter {
   static constexpr std::size_t kNodeBytes = 8;
   Bytes out;
   std::size_t nodes = 0;
+
+  template <class Encode>
+  Value block(const BlockRef&, Encode encode) {
+    return encode();
+  }
 
   struct Mark {
     std::size_t at, nodes;
@@ -209,8 +238,7 @@ struct ColourWriter {
 };
 
 template <class Writer>
-Bytes write(const OccupancyMap& map, const char* first_line, const char* id) {
-  Writer writer;
+Bytes write(Writer writer, const OccupancyMap& map, const char* first_line, const char* id) {
   const std::vector<BlockRef> refs = sorted_blocks(map);
   if (refs.empty())
     writer.nodes = 0;
@@ -225,11 +253,17 @@ Bytes write(const OccupancyMap& map, const char* first_line, const char* id) {
 }  // namespace
 
 Bytes write_bt(const OccupancyMap& map) {
-  return write<BinaryWriter>(map, "# Octomap OcTree binary file", "OcTree");
+  return write(BinaryWriter{}, map, kBtFirstLine, "OcTree");
+}
+
+Bytes BtWriter::write(const OccupancyMap& map) {
+  BinaryWriter writer;
+  writer.known = [this](const BlockRef& ref) -> Subtree& { return tiles_[ref.tile][ref.z]; };
+  return crane::write(std::move(writer), map, kBtFirstLine, "OcTree");
 }
 
 Bytes write_colour_ot(const OccupancyMap& map) {
-  return write<ColourWriter>(map, "# Octomap OcTree file", "ColorOcTree");
+  return write(ColourWriter{}, map, "# Octomap OcTree file", "ColorOcTree");
 }
 
 }  // namespace crane

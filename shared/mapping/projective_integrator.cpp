@@ -36,10 +36,13 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   const std::vector<SurfaceHit>* hits = nullptr;
   {
     const std::jthread finder([&] {
-      hits = &surfaces_.find(frame, map.voxel_m(), voxel_px, settings_.z_min_m, settings_.z_max_m,
+      hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
+                             {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
                              report.surfaces);
     });
-    free_.build(frame, free_cell_px(voxel_px));
+    DepthFrame certain = frame;
+    if (settings_.as_octomap) certain.sigma_disparity_px = 0;
+    free_.build(certain, free_cell_px(voxel_px));
     carve(frame, map, report);
   }
   for (const SurfaceHit& hit : *hits) apply(hit, time, map, report);
@@ -178,7 +181,7 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMa
   const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
   int z = hit.z;
   int strength = kHit;
-  if (hit.sigma_m > kUncertain * map.voxel_m()) {
+  if (!settings_.as_octomap && hit.sigma_m > kUncertain * map.voxel_m()) {
     strength =
         std::max(kHitLeast, static_cast<int>(kHit * kUncertain * map.voxel_m() / hit.sigma_m));
     // Less certain than a voxel: the same surface as the one that is there already.

@@ -12,6 +12,9 @@ namespace crane {
 /// Heights outside [z_min_m, z_max_m] are not mapped.
 struct IntegratorSettings {
   double z_min_m = -0.3, z_max_m = 2;
+  /// As OctoMap inserts a cloud: every sample is occupied, certain and in its own voxel, and space
+  /// is free up to the measured depth. For comparison; the noise of the depths stays in the map.
+  bool as_octomap = false;
 };
 
 struct IntegrationReport {

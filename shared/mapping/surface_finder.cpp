@@ -41,10 +41,11 @@ double mean_voxel_px(const DepthFrame& f, double voxel_m) {
 }
 
 const std::vector<SurfaceHit>& SurfaceFinder::find(const DepthFrame& frame, double voxel_m,
-                                                   double voxel_px, double z_min_m, double z_max_m,
+                                                   double voxel_px, const SurfaceSettings& settings,
                                                    SurfaceReport& report) {
+  settings_ = settings;
   hits_.clear();
-  collect(frame, voxel_m, voxel_px, z_min_m, z_max_m, report);
+  collect(frame, voxel_m, voxel_px, report);
   if (unsorted_.empty()) return hits_;
   // Counting sort by column.
   start_.assign(std::size_t(columns_) * rows_ + 1, 0);
@@ -65,18 +66,22 @@ const std::vector<SurfaceHit>& SurfaceFinder::find(const DepthFrame& frame, doub
   return hits_;
 }
 
-void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px, double z_min_m,
-                            double z_max_m, SurfaceReport& report) {
+void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px,
+                            SurfaceReport& report) {
   unsorted_.clear();
   column_of_.clear();
   // About 3 x 3 samples on the face of a voxel are enough for its mean height. Every other row at
   // most: those between are made of their neighbours by the matcher, and say nothing new.
-  const auto step_u = static_cast<std::uint32_t>(std::clamp(static_cast<int>(voxel_px / 3), 1, 8));
-  const std::uint32_t step_v = step_u > 1 || voxel_px < kRowsApart ? step_u : 2;
+  const std::uint32_t step_u =
+      settings_.every_sample ? 1 : std::clamp(static_cast<std::uint32_t>(voxel_px / 3), 1U, 8U);
+  const bool alternate = !settings_.every_sample && step_u == 1 && voxel_px >= kRowsApart;
+  const std::uint32_t step_v = alternate ? 2 : step_u;
   const double samples = voxel_px * voxel_px / (step_u * step_v);
   // One sample alone is believed only where a voxel has hardly more.
   const double least = samples >= 4 ? 2 : 1;
-  min_samples_ = static_cast<std::uint32_t>(std::max(least, std::round(kMinShare * samples)));
+  min_samples_ = settings_.every_sample
+                     ? 1
+                     : static_cast<std::uint32_t>(std::max(least, std::round(kMinShare * samples)));
 
   float farthest = 0;
   for (std::uint32_t v = step_v / 2 & ~1U; v < f.height; v += step_v)
@@ -104,8 +109,8 @@ void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px
   const Eigen::Vector3f origin(static_cast<float>(t.x() * inverse_voxel - x0_),
                                static_cast<float>(t.y() * inverse_voxel - y0_),
                                static_cast<float>(t.z() * inverse_voxel));
-  const auto z_low = static_cast<float>(z_min_m * inverse_voxel);
-  const auto z_high = static_cast<float>(z_max_m * inverse_voxel);
+  const auto z_low = static_cast<float>(settings_.z_min_m * inverse_voxel);
+  const auto z_high = static_cast<float>(settings_.z_max_m * inverse_voxel);
   const auto voxel = static_cast<float>(voxel_m);
   const auto inverse_f = static_cast<float>(1 / f.f_px);
   const auto sigma_scale = static_cast<float>(255 * f.sigma_disparity_px / (f.f_px * f.baseline_m));
@@ -149,7 +154,8 @@ void SurfaceFinder::column(const DepthFrame& f, double voxel_m, std::int32_t x, 
       ++report.weak;
       continue;
     }
-    if (samples[to - 1].z_m - samples[from].z_m <= std::max(voxel, kLevel * sigma)) {
+    if (!settings_.every_sample &&
+        samples[to - 1].z_m - samples[from].z_m <= std::max(voxel, kLevel * sigma)) {
       emit(f, voxel_m, x, y, samples + from, n);
       continue;
     }
@@ -163,7 +169,8 @@ void SurfaceFinder::column(const DepthFrame& f, double voxel_m, std::int32_t x, 
       std::size_t after = b;
       while (after < to && samples[after].z_m < end + voxel) ++after;
       after -= b;
-      if (b - a < min_samples_ || kNoiseRatio * (b - a) < std::max(before, after))
+      if (b - a < min_samples_ ||
+          (!settings_.every_sample && kNoiseRatio * (b - a) < std::max(before, after)))
         ++report.weak;
       else
         emit(f, voxel_m, x, y, samples + a, b - a);

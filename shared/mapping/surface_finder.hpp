@@ -21,6 +21,12 @@ struct SurfaceReport {
   std::uint64_t weak = 0;          ///< groups of too few samples to be believed
 };
 
+struct SurfaceSettings {
+  double z_min_m = -0.3, z_max_m = 2;  ///< heights outside are left out
+  /// Every voxel with a depth sample is a surface, as in OctoMap: no noise, no groups.
+  bool every_sample = false;
+};
+
 /// Edge of a voxel in the image at the mean depth [px]; 0 = nothing matched.
 double mean_voxel_px(const DepthFrame& frame, double voxel_m);
 
@@ -31,23 +37,22 @@ double mean_voxel_px(const DepthFrame& frame, double voxel_m);
 /// Keeps its memory between frames. Cost O(samples).
 class SurfaceFinder {
  public:
-  /// Heights outside [z_min_m, z_max_m] are left out.
   /// `voxel_px`: mean_voxel_px().
   const std::vector<SurfaceHit>& find(const DepthFrame& frame, double voxel_m, double voxel_px,
-                                      double z_min_m, double z_max_m, SurfaceReport& report);
+                                      const SurfaceSettings& settings, SurfaceReport& report);
 
  private:
   struct Sample {
     float z_m, sigma_m;
     std::uint32_t pixel;
   };
-  void collect(const DepthFrame& frame, double voxel_m, double voxel_px, double z_min_m,
-               double z_max_m, SurfaceReport& report);
+  void collect(const DepthFrame& frame, double voxel_m, double voxel_px, SurfaceReport& report);
   void column(const DepthFrame& frame, double voxel_m, std::int32_t x, std::int32_t y,
               Sample* samples, std::size_t count, SurfaceReport& report);
   void emit(const DepthFrame& frame, double voxel_m, std::int32_t x, std::int32_t y,
             const Sample* samples, std::size_t count);
 
+  SurfaceSettings settings_;
   std::uint32_t min_samples_ = 1;
   std::int32_t x0_ = 0, y0_ = 0, columns_ = 0, rows_ = 0;  ///< of the map, seen by this frame
   std::vector<Sample> unsorted_, sorted_;

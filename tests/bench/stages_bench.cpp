@@ -197,5 +197,34 @@ void WriteBt(benchmark::State& state) {
 }
 BENCHMARK(WriteBt)->Unit(benchmark::kMillisecond);
 
+/// The octree of 10,000 square metres at 5 cm, with one tile changed since the last time.
+void WriteBtOfLargeHall(benchmark::State& state) {
+  OccupancyMap map(0.05, std::size_t{4} << 30U);
+  ProjectiveIntegrator integrator({-0.3, 1.85});
+  DepthFrame moved = frame().cloud;
+  for (int x = 0; x < 50; ++x)
+    for (int y = 0; y < 50; ++y) {
+      moved.T_map_rectified.translation().head<2>() = Eigen::Vector2d(2 * x, 2 * y);
+      integrator.integrate(moved, 1, map);
+    }
+  const TileKey changed = map.tiles()[map.tiles().size() / 2]->key;
+  BtWriter writer;
+  std::size_t bytes = writer.write(map).size();
+  for (auto _ : state) {
+    if (state.range(0) == 1) {
+      writer.changed(changed);
+      bytes = writer.write(map).size();
+    } else {
+      bytes = write_bt(map).size();
+    }
+  }
+  state.counters["MB"] = double(bytes) * 1e-6;
+}
+BENCHMARK(WriteBtOfLargeHall)
+    ->Arg(0)
+    ->Arg(1)
+    ->ArgName("incremental")
+    ->Unit(benchmark::kMillisecond);
+
 }  // namespace
 }  // namespace crane

@@ -95,6 +95,25 @@ TEST(OctreeStream, OctomapReadsTheColourOtVoxelForVoxelWithItsColours) {
     }
 }
 
+TEST(OctreeStream, WhatIsWrittenAgainAfterChangesIsTheSameAsWrittenAnew) {
+  OccupancyMap map = random_map(6);
+  BtWriter writer;
+  EXPECT_EQ(writer.write(map), write_bt(map));
+  std::mt19937 random(6);
+  for (int round = 0; round < 20; ++round) {
+    const TileKey key{static_cast<int>(random() % 4) - 2, static_cast<int>(random() % 4) - 2};
+    Block* block = map.block(map.tile(key), static_cast<int>(random() % 3) - 1);
+    ASSERT_NE(block, nullptr);
+    const auto from = static_cast<std::uint32_t>(random() % kBlockVoxels);
+    const auto to =
+        std::min<std::uint32_t>(kBlockVoxels, from + static_cast<std::uint32_t>(random() % 4000));
+    const auto value = static_cast<std::int8_t>(round % 3 == 0 ? 0 : round % 3 == 1 ? -50 : 50);
+    std::fill(block->log_odds.begin() + from, block->log_odds.begin() + to, value);
+    writer.changed(key);
+    ASSERT_EQ(writer.write(map), write_bt(map)) << round;
+  }
+}
+
 TEST(OctreeStream, AnEmptyMapIsAnEmptyTree) {
   const OccupancyMap map(0.05, 1000);
   const test::TempFolder folder;

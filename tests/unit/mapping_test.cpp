@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <octomap/OcTree.h>
+
 #include <random>
 #include <set>
 
 #include "mapping/heights.hpp"
 #include "mapping/map_judge.hpp"
 #include "mapping/projective_integrator.hpp"
+#include "sim/renderer.hpp"
 
 namespace crane {
 namespace {
@@ -208,13 +211,74 @@ TEST(SurfaceFinder, AWallIsOccupiedOverItsHeightAndALevelFaceOnce) {
   SurfaceReport report;
   std::set<int> wall, floor;
   for (const SurfaceHit& hit :
-       finder.find(view.frame, 0.05, mean_voxel_px(view.frame, 0.05), -0.3, 1.8, report)) {
+       finder.find(view.frame, 0.05, mean_voxel_px(view.frame, 0.05), {-0.3, 1.8}, report)) {
     if (hit.x == 6 || hit.x == 5) wall.insert(hit.z);
     if (hit.x == 2) floor.insert(hit.z);
   }
   EXPECT_GE(wall.size(), 8U);
   EXPECT_EQ(floor.size(), 1U);
   EXPECT_GT(report.points, 1000U);
+}
+
+TEST(Integrator, AsOctomapGivesOctomapsOccupiedSet) {
+  auto scene = read_scene(CRANEMAP_SOURCE_DIR "/shared/sim/scenes/rig.yaml");
+  ASSERT_TRUE(scene);
+  for (CameraModel* c : {&scene->camera.rig.left, &scene->camera.rig.right}) {
+    c->width = 640, c->height = 360;
+    c->fx_px = c->fy_px = 350, c->cx_px = 319.5, c->cy_px = 179.5;
+  }
+  const Renderer renderer(*scene);
+  const CameraModel& c = scene->camera.rig.left;
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0, 0.05);
+  constexpr double kVoxel = 0.05;
+  const double fb = c.fx_px * scene->camera.rig.baseline_m();
+  OccupancyMap map(kVoxel, kPlenty);
+  IntegratorSettings settings{-0.5, 1.85};
+  settings.as_octomap = true;
+  ProjectiveIntegrator integrator(settings);
+  octomap::OcTree tree(kVoxel);
+  for (const Eigen::Vector2d& at : scene->motion.points) {
+    std::vector<float> depth = renderer.depth(at.x(), at.y());
+    for (float& z : depth) z = static_cast<float>(fb / (fb / double(z) + noise(random)));
+    const std::vector<std::uint8_t> confidence(depth.size(), 255);
+    DepthFrame frame{c.width,
+                     c.height,
+                     c.fx_px,
+                     c.cx_px,
+                     c.cy_px,
+                     fb / c.fx_px,
+                     0.05,
+                     depth.data(),
+                     confidence.data(),
+                     nullptr,
+                     scene->camera.rig.T_map_camera_at_zero};
+    frame.T_map_rectified.translation().head<2>() = at;
+    integrator.integrate(frame, 1, map);
+    octomap::Pointcloud points;
+    for (const Point& p : to_points(frame, 60)) points.push_back(p.x, p.y, p.z);
+    const Eigen::Vector3f eye = frame.T_map_rectified.translation().cast<float>();
+    tree.insertPointCloud(points, octomap::point3d(eye.x(), eye.y(), eye.z()));
+  }
+  std::size_t both = 0;
+  std::size_t ours = 0;
+  for (const Tile* tile : map.tiles())
+    for (const auto& [bz, block] : tile->blocks)
+      for (int i = 0; i < kBlockVoxels; ++i) {
+        if (block->log_odds[std::size_t(i)] <= 0) continue;  // OctoMap's threshold
+        ++ours;
+        const auto* node =
+            tree.search(map.centre(tile->key.x * 32 + i % 32),
+                        map.centre(tile->key.y * 32 + i / 32 % 32), map.centre(bz * 32 + i / 1024));
+        both += node != nullptr && tree.isNodeOccupied(node) ? 1 : 0;
+      }
+  std::size_t theirs = 0;
+  tree.expand();
+  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it)
+    theirs += tree.isNodeOccupied(*it) ? 1 : 0;
+  EXPECT_GT(theirs, 5000U);
+  EXPECT_GE(double(both) / double(ours + theirs - both), 0.99)
+      << both << " of " << ours << " and " << theirs;
 }
 
 TEST(FreeCube, IsWhatASlowReferenceSays) {
