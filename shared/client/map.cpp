@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
 
+#include "client/clearance_check.hpp"
+#include "client/column_tile.hpp"
 #include "dds/endpoints.hpp"
 #include "map_codec/crc32c.hpp"
 #include "map_codec/tile_codec.hpp"
@@ -18,12 +21,21 @@ namespace {
 using namespace std::chrono_literals;
 using Steady = std::chrono::steady_clock;
 
+/// So long may what is held lag behind what the mapper says of the map.
+constexpr auto kMayLag = 500ms;
+
 template <class Content>
 struct Held {
   std::uint64_t revision = 0;
   std::uint32_t crc = 0;
   Content content;
 };
+
+Result<ColumnTile> decode_columns(std::span<const std::uint8_t> payload) {
+  auto tile = decode_tile(payload);
+  if (!tile) return tile.error();
+  return columns_of(*tile);
+}
 
 /// Tiles of one kind with the digest over them.
 template <class Content>
@@ -36,6 +48,10 @@ struct Layer {
     if (it != tiles.end()) digest -= tile_digest(key, it->second.crc);
     digest += tile_digest(key, held.crc);
     tiles[key] = std::move(held);
+  }
+  [[nodiscard]] const Content* find(TileKey key) const {
+    const auto it = tiles.find(key);
+    return it == tiles.end() ? nullptr : &it->second.content;
   }
   void clear() {
     tiles.clear();
@@ -53,13 +69,13 @@ struct Map::Impl {
   std::optional<dds::Reader<dds::MapStatusTopic>> status_reader;
 
   mutable std::mutex mutex;
-  Layer<DecodedTile> voxels;
+  Layer<ColumnTile> voxels;
   Layer<TileHeights> heights;
   std::uint64_t map_id = 0;
   double voxel_m = 0;
   std::uint64_t refused = 0;
   std::optional<v1::MapStatus> said;
-  Steady::time_point said_at{};
+  Steady::time_point said_at{}, complete_at{};
 
   std::atomic<bool> stop{false};
   std::thread thread;
@@ -73,7 +89,7 @@ struct Map::Impl {
   void run() {
     while (!stop) {
       wakeup.wait_for(100ms);
-      while (const auto tile = voxel_reader->take()) take(**tile, voxels, decode_tile);
+      while (const auto tile = voxel_reader->take()) take(**tile, voxels, decode_columns);
       while (const auto tile = height_reader->take()) take(**tile, heights, decode_heights);
       while (const auto status = status_reader->take()) {
         const std::lock_guard lock(mutex);
@@ -81,6 +97,8 @@ struct Map::Impl {
         said_at = Steady::now();
         follow(said->map_id(), said->voxel_m());
       }
+      const std::lock_guard lock(mutex);
+      if (complete()) complete_at = Steady::now();
     }
   }
 
@@ -91,6 +109,7 @@ struct Map::Impl {
     heights.clear();
     map_id = id;
     voxel_m = voxel;
+    complete_at = {};
   }
 
   template <class Sample, class Content, class Decode>
@@ -106,6 +125,35 @@ struct Map::Impl {
     }
     follow(s.map_id(), s.voxel_m());
     layer.put({s.tile_x(), s.tile_y()}, {s.revision(), s.crc32c(), std::move(*content)});
+  }
+
+  /// Caller holds the mutex.
+  [[nodiscard]] Status status() const {
+    Status out;
+    out.voxel_digest = voxels.digest;
+    out.height_digest = heights.digest;
+    out.tiles = static_cast<std::uint32_t>(voxels.tiles.size());
+    out.samples_refused = refused;
+    if (!said) {
+      out.reason = "no mapper heard yet";
+      return out;
+    }
+    const v1::MapStatus& s = *said;
+    out.heard = true;
+    out.alive = Steady::now() - said_at < 1s;
+    out.valid = out.alive && s.validity() == 0;
+    out.complete = complete();
+    out.reason = out.alive ? s.reason().c_str() : "no heartbeat of the mapper for more than 1 s";
+    out.map_id = s.map_id();
+    out.revision = s.revision();
+    out.voxel_m = s.voxel_m();
+    out.stream = s.stream();
+    out.last_frame = s.last_frame();
+    out.last_frame_time_ns = s.last_frame_time_ns();
+    out.frames_integrated = s.frames_integrated();
+    out.frames_rejected = s.frames_rejected();
+    out.frames_missing = s.frames_missing();
+    return out;
   }
 
   /// Caller holds the mutex.
@@ -150,31 +198,7 @@ std::unique_ptr<Map> Map::join(const Options& options, std::string& error) {
 
 Status Map::status() const {
   const std::lock_guard lock(impl_->mutex);
-  Status out;
-  out.voxel_digest = impl_->voxels.digest;
-  out.height_digest = impl_->heights.digest;
-  out.tiles = static_cast<std::uint32_t>(impl_->voxels.tiles.size());
-  out.samples_refused = impl_->refused;
-  if (!impl_->said) {
-    out.reason = "no mapper heard yet";
-    return out;
-  }
-  const v1::MapStatus& s = *impl_->said;
-  out.heard = true;
-  out.alive = Steady::now() - impl_->said_at < 1s;
-  out.valid = out.alive && s.validity() == 0;
-  out.complete = impl_->complete();
-  out.reason = out.alive ? s.reason().c_str() : "no heartbeat of the mapper for more than 1 s";
-  out.map_id = s.map_id();
-  out.revision = s.revision();
-  out.voxel_m = s.voxel_m();
-  out.stream = s.stream();
-  out.last_frame = s.last_frame();
-  out.last_frame_time_ns = s.last_frame_time_ns();
-  out.frames_integrated = s.frames_integrated();
-  out.frames_rejected = s.frames_rejected();
-  out.frames_missing = s.frames_missing();
-  return out;
+  return impl_->status();
 }
 
 bool Map::wait_until_complete(std::chrono::milliseconds limit) const {
@@ -228,17 +252,66 @@ HeightGrid Map::heights() const {
   return grid;
 }
 
+AreaHeight Map::max_height(const Area& area) const {
+  const std::lock_guard lock(impl_->mutex);
+  AreaHeight out;
+  out.max_height_m = std::numeric_limits<double>::quiet_NaN();
+  const double cell = impl_->voxel_m;
+  const auto sane = [](double v) { return std::abs(v) < 1e5; };
+  if (!(cell > 0) || !sane(area.x0_m) || !sane(area.x1_m) || !sane(area.y0_m) || !sane(area.y1_m))
+    return out;
+  const auto index = [cell](double v) { return static_cast<int>(std::floor(v / cell)); };
+  std::uint64_t columns = 0;
+  std::uint64_t unknown = 0;
+  for (int y = index(area.y0_m); y <= index(area.y1_m); ++y) {
+    const TileHeights* tile = nullptr;
+    for (int x = index(area.x0_m); x <= index(area.x1_m); ++x) {
+      if (x == index(area.x0_m) || in_tile(x) == 0)
+        tile = impl_->heights.find({tile_of(x), tile_of(y)});
+      ++columns;
+      const ColumnHeight* c =
+          tile != nullptr ? &(*tile)[std::size_t(in_tile(y) * kTileEdge + in_tile(x))] : nullptr;
+      if (c == nullptr || c->state == ColumnState::kUnknown) {
+        ++unknown;
+        continue;
+      }
+      if (!(out.max_height_m >= c->height_m)) out.max_height_m = c->height_m;
+      if (out.oldest_observed_ns == 0 || c->last_observed < out.oldest_observed_ns)
+        out.oldest_observed_ns = c->last_observed;
+    }
+  }
+  if (columns > 0) out.unknown_fraction = double(unknown) / double(columns);
+  return out;
+}
+
+Clearance Map::clearance(const ClearanceQuery& query) const {
+  Clearance out;
+  const std::lock_guard lock(impl_->mutex);
+  const Status now = impl_->status();
+  // While the tiles of a new revision arrive, what is held is that of the last one.
+  const bool lately = Steady::now() - impl_->complete_at < kMayLag;
+  if (!now.valid || !(now.complete || lately)) {
+    out.reason = Reason::kMapInvalid;
+    out.text = !now.valid ? now.reason : "not all tiles of the map have arrived";
+    return out;
+  }
+  const ColumnView view{impl_->voxel_m, [this](TileKey key) { return impl_->voxels.find(key); },
+                        [this](TileKey key) { return impl_->heights.find(key); }};
+  out = check_clearance(query, view, query.now_ns != 0 ? query.now_ns : SystemClock().now());
+  out.map_id = impl_->map_id;
+  out.revision = now.revision;
+  return out;
+}
+
 Map::VoxelCount Map::count_voxels() const {
   const std::lock_guard lock(impl_->mutex);
   VoxelCount count;
-  for (const auto& [key, held] : impl_->voxels.tiles)
-    for (const auto& [bz, classes] : held.content.blocks)
-      for (std::uint8_t byte : classes)
-        for (int i = 0; i < 4; ++i) {
-          const unsigned c = byte >> (2 * i) & 3U;
-          count.occupied += c == 2 ? 1 : 0;
-          count.free += c == 1 ? 1 : 0;
-        }
+  for (const auto& [key, held] : impl_->voxels.tiles) {
+    for (const std::uint64_t bits : held.content.occupied)
+      count.occupied += static_cast<unsigned>(__builtin_popcountll(bits));
+    for (const std::uint64_t bits : held.content.free)
+      count.free += static_cast<unsigned>(__builtin_popcountll(bits));
+  }
   return count;
 }
 

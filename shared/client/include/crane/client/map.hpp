@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "crane/client/clearance.hpp"
+
 namespace crane::client {
 
 /// Which crane's map, and where on the network.
@@ -71,6 +73,11 @@ class Map {
 
   [[nodiscard]] Height height(double x_m, double y_m) const;
   [[nodiscard]] HeightGrid heights() const;
+  /// Of the columns that touch the area.
+  [[nodiscard]] AreaHeight max_height(const Area& area) const;
+  /// May the load go along that path? Never clear unless status().valid, and
+  /// .complete within the last half second.
+  [[nodiscard]] Clearance clearance(const ClearanceQuery& query) const;
   /// Voxels held here: occupied and free.
   struct VoxelCount {
     std::uint64_t occupied = 0, free = 0;

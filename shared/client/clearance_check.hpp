@@ -1,0 +1,24 @@
+#pragma once
+
+#include <functional>
+
+#include "client/column_tile.hpp"
+#include "crane/client/clearance.hpp"
+
+namespace crane::client {
+
+/// A map as clearance sees it. Tiles that are not there are unknown.
+struct ColumnView {
+  double voxel_m = 0;
+  std::function<const ColumnTile*(TileKey)> voxels;
+  std::function<const TileHeights*(TileKey)> heights;
+};
+
+/// What makes a query senseless, in words; empty = nothing.
+std::string query_flaw(const ClearanceQuery& query, double voxel_m);
+
+/// Is every voxel of the swept volume known to be free? Cost O(swept columns). Fills all but map_id
+/// and revision; `now_ns` is what ages are counted from.
+Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, std::int64_t now_ns);
+
+}  // namespace crane::client

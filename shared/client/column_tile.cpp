@@ -1,0 +1,32 @@
+#include "client/column_tile.hpp"
+
+namespace crane::client {
+
+ColumnTile columns_of(const DecodedTile& tile) {
+  ColumnTile out;
+  if (tile.blocks.empty()) return out;
+  const int low = tile.blocks.begin()->first;
+  const int high = tile.blocks.rbegin()->first;
+  out.z0 = low * kTileEdge;
+  out.words = ((high - low + 1) * kTileEdge + 63) / 64;
+  out.free.assign(static_cast<std::size_t>(kTileColumns * out.words), 0);
+  out.occupied.assign(out.free.size(), 0);
+  for (const auto& [bz, classes] : tile.blocks)
+    for (int z = 0; z < kTileEdge; ++z) {
+      const int at = bz * kTileEdge + z - out.z0;
+      const std::uint64_t bit = std::uint64_t{1} << (at % 64);
+      const std::uint8_t* layer = classes.data() + z * kTileColumns / 4;
+      for (int i = 0; i < kTileColumns / 4; ++i) {
+        if (layer[i] == 0) continue;
+        for (int k = 0; k < 4; ++k) {
+          const unsigned c = layer[i] >> (2 * k) & 3U;
+          const auto word = static_cast<std::size_t>((4 * i + k) * out.words + at / 64);
+          if (c == static_cast<unsigned>(Occupancy::kFree)) out.free[word] |= bit;
+          if (c == static_cast<unsigned>(Occupancy::kOccupied)) out.occupied[word] |= bit;
+        }
+      }
+    }
+  return out;
+}
+
+}  // namespace crane::client

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "map_codec/tile_codec.hpp"
+
+namespace crane::client {
+
+/// One tile's voxels column by column, as bits from the lowest voxel up: what a load needs to be
+/// free is an interval of them.
+struct ColumnTile {
+  int z0 = 0;                                 ///< voxel of bit 0
+  int words = 0;                              ///< of 64 voxels, per column
+  std::vector<std::uint64_t> free, occupied;  ///< [column * words + word]; neither: unknown
+
+  [[nodiscard]] bool is_free(int column, int z) const { return bit(free, column, z); }
+  [[nodiscard]] bool is_occupied(int column, int z) const { return bit(occupied, column, z); }
+
+ private:
+  [[nodiscard]] bool bit(const std::vector<std::uint64_t>& bits, int column, int z) const {
+    const int at = z - z0;
+    if (at < 0 || at >= 64 * words) return false;
+    return (bits[static_cast<std::size_t>(column * words + at / 64)] >> (at % 64) & 1U) != 0;
+  }
+};
+
+ColumnTile columns_of(const DecodedTile& tile);
+
+}  // namespace crane::client

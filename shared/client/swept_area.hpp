@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "crane/client/clearance.hpp"
+
+namespace crane::client {
+
+struct Corner {
+  double x = 0, y = 0;
+};
+
+/// A stretch of the path over which the load, with its margins, stays within a convex polygon and
+/// an interval of heights.
+struct SweptPiece {
+  std::vector<Corner> hull;                                   ///< counter-clockwise
+  double low_m = 0, high_m = 0;                               ///< of all that must be free
+  double start_x = 0, start_y = 0, along_x = 0, along_y = 0;  ///< its beginning and direction
+};
+
+/// The volume that load and margins sweep along a path, legs lengthened by the braking distance.
+/// Legs that climb or turn are cut so that a piece holds at most `step_m` of it.
+std::vector<SweptPiece> sweep(const ClearanceQuery& query, double step_m);
+
+/// Cells of one row that a polygon touches: columns first .. last.
+struct SweptRow {
+  int row = 0, first = 0, last = -1;
+};
+/// Rows of cells of edge `cell_m` that a convex polygon touches.
+std::vector<SweptRow> rows_of(const std::vector<Corner>& hull, double cell_m);
+
+}  // namespace crane::client

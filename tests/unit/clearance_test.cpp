@@ -1,0 +1,305 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "client/clearance_check.hpp"
+#include "client/swept_area.hpp"
+
+namespace crane::client {
+namespace {
+
+constexpr double kVoxel = 0.1;
+
+/// A map that can be asked both ways: as decoded tiles, slowly, and as columns.
+struct TestMap {
+  std::map<TileKey, DecodedTile> tiles;
+  std::map<TileKey, ColumnTile> columns;
+  std::map<TileKey, TileHeights> heights;
+
+  void set(int x, int y, int z, Occupancy class_) {
+    auto& byte = tiles[{tile_of(x), tile_of(y)}].blocks[tile_of(z)][std::size_t(
+        ((in_tile(z) * 32 + in_tile(y)) * 32 + in_tile(x)) / 4)];
+    const int shift = 2 * (in_tile(x) % 4);
+    byte = static_cast<std::uint8_t>((byte & ~(3 << shift)) | int(class_) << shift);
+  }
+  [[nodiscard]] Occupancy at(int x, int y, int z) const {
+    const auto it = tiles.find({tile_of(x), tile_of(y)});
+    return it == tiles.end() ? Occupancy::kUnknown : it->second.at(in_tile(x), in_tile(y), z);
+  }
+  void finish(TimeNs seen) {
+    for (const auto& [key, tile] : tiles) {
+      columns[key] = columns_of(tile);
+      TileHeights& h = heights[key];
+      for (ColumnHeight& c : h) c.last_observed = seen;
+    }
+  }
+  [[nodiscard]] ColumnView view() const {
+    return {kVoxel,
+            [this](TileKey key) {
+              const auto it = columns.find(key);
+              return it == columns.end() ? nullptr : &it->second;
+            },
+            [this](TileKey key) {
+              const auto it = heights.find(key);
+              return it == heights.end() ? nullptr : &it->second;
+            }};
+  }
+};
+
+/// Floor, free space up to 4 m, boxes, and patches that nobody saw; -4..6 m.
+TestMap random_hall(std::mt19937& random, bool with_gaps) {
+  TestMap map;
+  for (int x = -40; x < 60; ++x)
+    for (int y = -40; y < 60; ++y) {
+      map.set(x, y, 0, Occupancy::kOccupied);
+      for (int z = 1; z < 40; ++z) map.set(x, y, z, Occupancy::kFree);
+    }
+  const auto whole = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  for (int i = 0; i < 6; ++i) {
+    const int x0 = whole(-40, 50), y0 = whole(-40, 50), top = whole(3, 25);
+    const bool unknown = with_gaps && i % 3 == 2;
+    for (int x = x0; x < std::min(60, x0 + whole(2, 9)); ++x)
+      for (int y = y0; y < std::min(60, y0 + 6); ++y)
+        for (int z = unknown ? whole(1, 20) : 1; z < top; ++z)
+          map.set(x, y, z, unknown ? Occupancy::kUnknown : Occupancy::kOccupied);
+  }
+  map.finish(1000 * kNsPerSecond);
+  return map;
+}
+
+ClearanceQuery random_query(std::mt19937& random) {
+  const auto real = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  ClearanceQuery q;
+  const int poses = 1 + static_cast<int>(random() % 3);
+  for (int i = 0; i < poses; ++i)
+    q.path.push_back({real(-2.5, 4.5), real(-2.5, 4.5), real(0.4, 2.6), real(-2, 2)});
+  if (random() % 2 == 0)
+    for (Pose& p : q.path) p.yaw_rad = q.path[0].yaw_rad, p.z_m = q.path[0].z_m;
+  q.load = {real(0, 1.2), real(0, 0.8), real(0, 0.8), real(0, 0.3)};
+  q.margins = {real(0, 0.2), real(0, 0.2), real(0, 0.1), random() % 2 == 0 ? real(0, 0.5) : 0};
+  q.now_ns = 1010 * kNsPerSecond;
+  return q;
+}
+
+/// Separating axes of a convex polygon and a cell.
+bool touches(const std::vector<Corner>& hull, double x0, double y0, double cell) {
+  const Corner square[4] = {{x0, y0}, {x0 + cell, y0}, {x0 + cell, y0 + cell}, {x0, y0 + cell}};
+  const auto apart = [&](double nx, double ny) {
+    double a0 = 1e300, a1 = -1e300, b0 = 1e300, b1 = -1e300;
+    for (const Corner& c : hull)
+      a0 = std::min(a0, nx * c.x + ny * c.y), a1 = std::max(a1, nx * c.x + ny * c.y);
+    for (const Corner& c : square)
+      b0 = std::min(b0, nx * c.x + ny * c.y), b1 = std::max(b1, nx * c.x + ny * c.y);
+    return a1 < b0 || b1 < a0;
+  };
+  if (apart(1, 0) || apart(0, 1)) return false;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Corner& a = hull[i];
+    const Corner& b = hull[(i + 1) % hull.size()];
+    if (apart(b.y - a.y, a.x - b.x)) return false;
+  }
+  return true;
+}
+
+/// Whether all voxels over the cells that touch a polygon are free, one by one.
+bool all_free(const TestMap& map, const std::vector<Corner>& hull, double low_m, double high_m,
+              std::uint64_t* columns = nullptr) {
+  bool free = true;
+  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
+  for (const Corner& c : hull) {
+    x0 = std::min(x0, c.x), x1 = std::max(x1, c.x);
+    y0 = std::min(y0, c.y), y1 = std::max(y1, c.y);
+  }
+  const auto index = [](double v) { return static_cast<int>(std::floor(v / kVoxel)); };
+  for (int x = index(x0) - 1; x <= index(x1) + 1; ++x)
+    for (int y = index(y0) - 1; y <= index(y1) + 1; ++y) {
+      if (!touches(hull, x * kVoxel, y * kVoxel, kVoxel)) continue;
+      if (columns != nullptr) ++*columns;
+      for (int z = static_cast<int>(std::floor(low_m / kVoxel));
+           z < static_cast<int>(std::ceil(high_m / kVoxel)); ++z)
+        free &= map.at(x, y, z) == Occupancy::kFree;
+    }
+  return free;
+}
+
+/// The load at one pose, `more` larger on all sides.
+bool pose_is_free(const TestMap& map, const ClearanceQuery& q, const Pose& p, double more) {
+  const double margin = q.margins.horizontal_m + q.margins.sway_m + more;
+  const double hx = q.load.size_x_m / 2 + margin, hy = q.load.size_y_m / 2 + margin;
+  const double c = std::cos(p.yaw_rad), s = std::sin(p.yaw_rad);
+  std::vector<Corner> box;
+  for (const auto& [x, y] : {std::pair{-hx, -hy}, {hx, -hy}, {hx, hy}, {-hx, hy}})
+    box.push_back({p.x_m + c * x - s * y, p.y_m + s * x + c * y});
+  return all_free(map, box, p.z_m - q.margins.vertical_m - more,
+                  p.z_m + q.load.size_z_m + q.load.above_m + q.margins.vertical_m + more);
+}
+
+TEST(Clearance, EqualsASlowReferenceVoxelByVoxel) {
+  std::mt19937 random(11);
+  int clear = 0;
+  for (int hall = 0; hall < 20; ++hall) {
+    const TestMap map = random_hall(random, hall % 2 == 1);
+    for (int i = 0; i < 100; ++i) {
+      const ClearanceQuery q = random_query(random);
+      const Clearance answer = check_clearance(q, map.view(), q.now_ns);
+      bool free = true;
+      std::uint64_t columns = 0;
+      for (const SweptPiece& piece : sweep(q, kVoxel))
+        free &= all_free(map, piece.hull, piece.low_m, piece.high_m, &columns);
+      ASSERT_EQ(answer.verdict, free ? Verdict::kClear : Verdict::kBlocked) << hall << " " << i;
+      ASSERT_EQ(answer.columns, columns);
+      clear += free ? 1 : 0;
+      if (free) continue;
+      const int x = static_cast<int>(std::floor(answer.first_x_m / kVoxel));
+      const int y = static_cast<int>(std::floor(answer.first_y_m / kVoxel));
+      const int z = static_cast<int>(std::floor(answer.first_z_m / kVoxel));
+      EXPECT_NE(map.at(x, y, z), Occupancy::kFree);
+    }
+  }
+  EXPECT_GT(clear, 200);
+  EXPECT_LT(clear, 1800);
+}
+
+TEST(Clearance, IsNeverClearWhereADenselySampledLoadIsNotAndHardlyLarger) {
+  std::mt19937 random(12);
+  int clear = 0;
+  for (int hall = 0; hall < 10; ++hall) {
+    const TestMap map = random_hall(random, hall % 2 == 1);
+    for (int i = 0; i < 12; ++i) {
+      const ClearanceQuery q = random_query(random);
+      const bool says_clear = check_clearance(q, map.view(), q.now_ns).verdict == Verdict::kClear;
+      bool free = true;
+      bool larger_free = true;
+      const auto at = [&](const Pose& p) {
+        free = free && pose_is_free(map, q, p, 0);
+        larger_free = larger_free && pose_is_free(map, q, p, kVoxel);
+      };
+      at(q.path[0]);
+      for (std::size_t leg = 0; leg + 1 < q.path.size(); ++leg) {
+        const Pose& a = q.path[leg];
+        const Pose& b = q.path[leg + 1];
+        const double length = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+        const double whole = 1 + (length > 0 ? q.margins.braking_m / length : 0);
+        for (double t = 0; t <= whole; t += 0.02 / std::max(0.5, length)) {
+          Pose p{a.x_m + t * (b.x_m - a.x_m), a.y_m + t * (b.y_m - a.y_m), b.z_m, b.yaw_rad};
+          if (t < 1) {
+            p.z_m = a.z_m + t * (b.z_m - a.z_m);
+            p.yaw_rad = a.yaw_rad + t * (b.yaw_rad - a.yaw_rad);
+          }
+          at(p);
+        }
+      }
+      if (says_clear)
+        EXPECT_TRUE(free) << hall << " " << i;
+      else
+        EXPECT_FALSE(larger_free) << hall << " " << i;
+      clear += says_clear ? 1 : 0;
+    }
+  }
+  EXPECT_GT(clear, 10);
+}
+
+ClearanceQuery over_the_hall(double z_m) {
+  ClearanceQuery q;
+  q.path = {{-2, 0.05, z_m, 0}, {4, 0.05, z_m, 0}};
+  q.load = {1, 1, 0.5, 0};
+  q.margins = {0.1, 0.1, 0, 0};
+  q.now_ns = 1010 * kNsPerSecond;
+  return q;
+}
+
+TestMap hall_with_a_box() {
+  TestMap map;
+  for (int x = -40; x < 60; ++x)
+    for (int y = -40; y < 60; ++y) {
+      map.set(x, y, 0, Occupancy::kOccupied);
+      for (int z = 1; z < 40; ++z) map.set(x, y, z, Occupancy::kFree);
+    }
+  for (int x = 20; x < 25; ++x)
+    for (int y = -3; y < 3; ++y)
+      for (int z = 1; z <= 11; ++z) map.set(x, y, z, Occupancy::kOccupied);
+  map.finish(1000 * kNsPerSecond);
+  return map;
+}
+
+TEST(Clearance, NamesTheFirstObstacleAndTheHeightThatIsSafe) {
+  const TestMap map = hall_with_a_box();
+  const Clearance low = check_clearance(over_the_hall(0.6), map.view(), 1010 * kNsPerSecond);
+  EXPECT_EQ(low.verdict, Verdict::kBlocked);
+  EXPECT_EQ(low.reason, Reason::kObstacle);
+  EXPECT_NEAR(low.first_x_m, 2.05, 1e-9);
+  EXPECT_NEAR(low.safe_height_m, 1.3, 1e-9);  // top of the box 1.2 m, margin 0.1 m
+  EXPECT_NEAR(low.oldest_age_s, 10, 1e-9);
+  EXPECT_EQ(low.unknown_fraction, 0);
+  EXPECT_EQ(
+      check_clearance(over_the_hall(low.safe_height_m + 1e-6), map.view(), 1010 * kNsPerSecond)
+          .verdict,
+      Verdict::kClear);
+  // The heights say that the box ends at 1.13 m.
+  TestMap finer = hall_with_a_box();
+  for (auto& [key, tile] : finer.heights)
+    for (int i = 0; i < kTileColumns; ++i) {
+      const int x = key.x * 32 + i % 32, y = key.y * 32 + i / 32;
+      if (x >= 20 && x < 25 && y >= -3 && y < 3)
+        tile[std::size_t(i)] = {1.13, 0.01, ColumnState::kObstacle, 1000 * kNsPerSecond};
+    }
+  EXPECT_EQ(check_clearance(over_the_hall(1.25), finer.view(), 1010 * kNsPerSecond).verdict,
+            Verdict::kClear);
+  EXPECT_EQ(check_clearance(over_the_hall(1.25), map.view(), 1010 * kNsPerSecond).verdict,
+            Verdict::kBlocked);
+}
+
+TEST(Clearance, UnknownAndStaleAreBlocked) {
+  TestMap map = hall_with_a_box();
+  ClearanceQuery q = over_the_hall(2);
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).verdict, Verdict::kClear);
+  q.path[1].x_m = 9;  // beyond what was seen
+  const Clearance beyond = check_clearance(q, map.view(), q.now_ns);
+  EXPECT_EQ(beyond.reason, Reason::kUnknown);
+  EXPECT_GT(beyond.unknown_fraction, 0.1);
+  EXPECT_LT(beyond.oldest_age_s, 0);
+  EXPECT_TRUE(std::isnan(beyond.safe_height_m));
+  q = over_the_hall(2);
+  q.max_age_s = 5;
+  const Clearance stale = check_clearance(q, map.view(), q.now_ns);
+  EXPECT_EQ(stale.verdict, Verdict::kBlocked);
+  EXPECT_EQ(stale.reason, Reason::kStale);
+  q.max_age_s = 20;
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).verdict, Verdict::kClear);
+  q = over_the_hall(3.7);  // the load's top is above all that was ever seen
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).reason, Reason::kUnknown);
+}
+
+TEST(Clearance, RefusesSenselessQueries) {
+  const TestMap map = hall_with_a_box();
+  const auto refused = [&](const ClearanceQuery& q) {
+    const Clearance answer = check_clearance(q, map.view(), q.now_ns);
+    return answer.verdict == Verdict::kInvalid && answer.reason == Reason::kBadQuery &&
+           !answer.text.empty();
+  };
+  ClearanceQuery q = over_the_hall(1);
+  q.path.clear();
+  EXPECT_TRUE(refused(q));
+  q = over_the_hall(std::nan(""));
+  EXPECT_TRUE(refused(q));
+  q = over_the_hall(1);
+  q.load.size_x_m = -1;
+  EXPECT_TRUE(refused(q));
+  q = over_the_hall(1);
+  q.margins.sway_m = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(refused(q));
+  q = over_the_hall(1);
+  q.path[1].x_m = 90'000;
+  EXPECT_TRUE(refused(q));
+  q.path.assign(1000, {});
+  EXPECT_TRUE(refused(q));
+}
+
+}  // namespace
+}  // namespace crane::client
