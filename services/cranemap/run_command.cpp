@@ -7,7 +7,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "client_options.hpp"
+#include "service/client_options.hpp"
 #include "commands.hpp"
 #include "dds/shared_memory.hpp"
 #include "height_picture.hpp"

@@ -28,6 +28,8 @@ const char* service_name(std::uint32_t service) {
       return "stereo";
     case v1::SERVICE_MAPPER:
       return "mapper";
+    case v1::SERVICE_CLEARANCE:
+      return "clearance";
     default:
       return "unknown";
   }

@@ -5,7 +5,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "client_options.hpp"
+#include "service/client_options.hpp"
 #include "commands.hpp"
 #include "dds/endpoints.hpp"
 #include "run_report.hpp"

@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "clearance_replyPubSubTypes.h"
+#include "clearance_requestPubSubTypes.h"
 #include "dds/guarded_type.hpp"
 #include "dds/participant_impl.hpp"
 #include "dds/validate.hpp"
@@ -49,6 +51,8 @@ CRANE_SUPPORT(MapTile);
 CRANE_SUPPORT(HeightTile);
 CRANE_SUPPORT(OctreeMap);
 CRANE_SUPPORT(MapStatus);
+CRANE_SUPPORT(ClearanceRequest);
+CRANE_SUPPORT(ClearanceReply);
 CRANE_SUPPORT(ServiceStatus);
 #undef CRANE_SUPPORT
 
@@ -325,6 +329,8 @@ CRANE_ENDPOINTS(MapTileTopic);
 CRANE_ENDPOINTS(HeightTileTopic);
 CRANE_ENDPOINTS(OctreeMapTopic);
 CRANE_ENDPOINTS(MapStatusTopic);
+CRANE_ENDPOINTS(ClearanceRequestTopic);
+CRANE_ENDPOINTS(ClearanceReplyTopic);
 CRANE_ENDPOINTS(ServiceStatusTopic);
 #undef CRANE_ENDPOINTS
 

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <tuple>
 
+#include "clearance_reply.h"
+#include "clearance_request.h"
 #include "height_tile.h"
 #include "hoist_state.h"
 #include "map_status.h"
@@ -74,6 +76,16 @@ struct MapStatusTopic {
   static constexpr QosSpec kQos{
       .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000};
 };
+struct ClearanceRequestTopic {
+  using Type = v1::ClearanceRequest;
+  static constexpr const char* kName = "crane/v1/clearance_request";
+  static constexpr QosSpec kQos{.depth = 64, .max_instances = 16, .lifespan_ms = 2000};
+};
+struct ClearanceReplyTopic {
+  using Type = v1::ClearanceReply;
+  static constexpr const char* kName = "crane/v1/clearance_reply";
+  static constexpr QosSpec kQos{.depth = 64, .max_instances = 16, .lifespan_ms = 2000};
+};
 struct ServiceStatusTopic {
   using Type = v1::ServiceStatus;
   static constexpr const char* kName = "crane/v1/service_status";
@@ -82,6 +94,7 @@ struct ServiceStatusTopic {
 
 using AllTopics =
     std::tuple<StereoFrameTopic, RangefinderPositionTopic, HoistStateTopic, PartialCloudTopic,
-               MapTileTopic, HeightTileTopic, OctreeMapTopic, MapStatusTopic, ServiceStatusTopic>;
+               MapTileTopic, HeightTileTopic, OctreeMapTopic, MapStatusTopic, ClearanceRequestTopic,
+               ClearanceReplyTopic, ServiceStatusTopic>;
 
 }  // namespace crane::dds

@@ -96,8 +96,31 @@ const char* flaw(const v1::MapStatus& s) {
   return nullptr;
 }
 
+const char* flaw(const v1::ClearanceRequest& s) {
+  if (s.path().empty() || s.path().size() > v1::MAX_PATH_POSES)
+    return "path has no or too many poses";
+  for (const v1::ClearancePose& p : s.path())
+    if (!finite({p.x_m(), p.y_m(), p.z_m(), p.yaw_rad()})) return "a pose is not finite";
+  if (!finite({s.load_size_x_m(), s.load_size_y_m(), s.load_size_z_m(), s.load_above_m(),
+               s.margin_horizontal_m(), s.margin_vertical_m(), s.sway_m(), s.braking_m(),
+               s.max_age_s()}))
+    return "a length or age is not finite";
+  return nullptr;
+}
+
+const char* flaw(const v1::ClearanceReply& s) {
+  if (s.verdict() > v1::VERDICT_BLOCKED) return "unknown verdict";
+  if (s.reason() > v1::CLEARANCE_STALE) return "unknown reason";
+  if (s.has_safe_height() > 1) return "has_safe_height is neither 0 nor 1";
+  if (!finite({s.safe_height_m(), s.first_x_m(), s.first_y_m(), s.first_z_m(), s.oldest_age_s(),
+               s.unknown_fraction()}))
+    return "a number is not finite";
+  if (s.text().size() > 255) return "text is too long";
+  return nullptr;
+}
+
 const char* flaw(const v1::ServiceStatus& s) {
-  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_MAPPER)
+  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_CLEARANCE)
     return "unknown service";
   if (!status_known(s.status())) return "unknown status";
   if (s.finished() > 1) return "finished is neither 0 nor 1";

@@ -16,6 +16,8 @@ const char* flaw(const v1::MapTile& sample);
 const char* flaw(const v1::HeightTile& sample);
 const char* flaw(const v1::OctreeMap& sample);
 const char* flaw(const v1::MapStatus& sample);
+const char* flaw(const v1::ClearanceRequest& sample);
+const char* flaw(const v1::ClearanceReply& sample);
 const char* flaw(const v1::ServiceStatus& sample);
 
 }  // namespace crane::dds

@@ -137,13 +137,10 @@ void hard_spots(Document& d, const Scene& scene, const std::vector<Series>& all)
            "anything between", "glossy stool, error [%]"},
           rows);
   d.text(
-      "A chair back 3 cm thick is a wall of few pixels: block matching with a 9 x 9 window rounds "
-      "it off or drops it, and a "
-      "vote per voxel loses what is left to rays that pass beside it. The highlight on the stool "
-      "is a mismatch that a mean "
-      "takes in. The floor under the seat is seen only at a slant, through the legs; a height map "
-      "that averages columns puts "
-      "something half way up.");
+      "The chair's back is 3 cm thick: the paper's second filter setting takes its top for outliers. The stool's highlight "
+      "is a mismatch that its filters keep. The floor under the seat is seen at a slant only. cranemap's own first version "
+      "counted points per voxel: the tails of a noisy surface filled the voxel above, and rays beside the back cleared it; "
+      "docs/decisions/0007 says what it does instead.");
 }
 
 Result<void> pictures(Document& d, const Recording& recording, const std::vector<Series>& all) {

@@ -41,7 +41,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen", "hwy"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
     {"shared/dds", {{"base"}, {"fastdds", "fastrtps"}}},
-    {"shared/service", {{"base", "config", "dds"}, {"cli"}}},
+    {"shared/service", {{"base", "config", "dds", "client"}, {"cli"}}},
     {"shared/client", {{"base", "dds", "map_codec"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",

@@ -11,6 +11,8 @@
 #include <string>
 
 #include "dds/topics.hpp"
+#include "clearance_replyPubSubTypes.h"
+#include "clearance_requestPubSubTypes.h"
 #include "height_tilePubSubTypes.h"
 #include "hoist_statePubSubTypes.h"
 #include "map_statusPubSubTypes.h"
@@ -105,6 +107,8 @@ TEST(TopicTable, ReadmeIdlAndCodeAgree) {
   check_row<HeightTileTopic, v1::HeightTilePubSubType>(seen);
   check_row<OctreeMapTopic, v1::OctreeMapPubSubType>(seen);
   check_row<MapStatusTopic, v1::MapStatusPubSubType>(seen);
+  check_row<ClearanceRequestTopic, v1::ClearanceRequestPubSubType>(seen);
+  check_row<ClearanceReplyTopic, v1::ClearanceReplyPubSubType>(seen);
   check_row<ServiceStatusTopic, v1::ServiceStatusPubSubType>(seen);
   EXPECT_EQ(seen, std::tuple_size_v<AllTopics>);
   EXPECT_EQ(table().size(), seen) << "idl/README.md names a topic that the code does not have";

@@ -3,6 +3,8 @@
 #include <cstring>
 #include <memory>
 
+#include "clearance_replyPubSubTypes.h"
+#include "clearance_requestPubSubTypes.h"
 #include "dds/guarded_type.hpp"
 #include "dds/validate.hpp"
 #include "height_tilePubSubTypes.h"
@@ -37,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t which = data[0];
   ++data;
   --size;
-  switch (which % 7) {
+  switch (which % 9) {
     case 0:
       decode<v1::RangefinderPositionPubSubType, v1::RangefinderPosition>(data, size);
       break;
@@ -52,6 +54,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 4:
       decode<v1::OctreeMapPubSubType, v1::OctreeMap>(data, size);
+      break;
+    case 7:
+      decode<v1::ClearanceRequestPubSubType, v1::ClearanceRequest>(data, size);
+      break;
+    case 8:
+      decode<v1::ClearanceReplyPubSubType, v1::ClearanceReply>(data, size);
       break;
     case 5:
       decode<v1::MapStatusPubSubType, v1::MapStatus>(data, size);

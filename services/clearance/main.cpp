@@ -1,0 +1,5 @@
+#include "clearance_service.hpp"
+
+int main(int argc, char** argv) {
+  return crane::run_clearance(argc, argv);
+}

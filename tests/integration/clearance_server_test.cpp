@@ -1,0 +1,169 @@
+// A controller without our library: requests and replies over DDS, beside a mapper.
+
+#include "clearance/clearance_server.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "bounds.h"
+#include "domain.hpp"
+#include "mapper/map_publisher.hpp"
+#include "recording/recording.hpp"
+#include "temp_folder.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+class ClearanceServerTest : public ::testing::Test {
+ protected:
+  ClearanceServerTest()
+      : rig_(Recording::open(test::rig_recording())->rig()),
+        builder_(config(), rig_),
+        participant_(*dds::Participant::create(test::settings(), "mapper")),
+        publisher_(*MapPublisher::create(participant_, {1, 42, 7}, false)),
+        controller_(*dds::Participant::create(test::settings(), "controller")),
+        requests_(*dds::Writer<dds::ClearanceRequestTopic>::create(controller_)),
+        replies_(*dds::Reader<dds::ClearanceReplyTopic>::create(controller_, &wakeup_)) {
+    client::Options options;
+    options.domain = test::settings().domain;
+    std::string error;
+    auto map = client::Map::join(options, error);
+    EXPECT_NE(map, nullptr) << error;
+    server_.emplace(*ClearanceServer::create(participant_, std::move(map)));
+    serving_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) EXPECT_TRUE(server_->step(20ms));
+    });
+  }
+
+  static MapperConfig config() {
+    MapperConfig c;
+    c.voxel_m = 0.05;
+    return c;
+  }
+  /// 1.6 m x 1.6 m of floor with 1.5 m of free space above, and a thing of some height on it.
+  void make_map(double thing_m) {
+    OccupancyMap& map = builder_.map();
+    Tile& tile = map.tile({0, 0});
+    Block& block = *map.block(tile, 0);
+    for (int i = 0; i < kBlockVoxels; ++i) {
+      const int x = i % 32, y = i / 32 % 32, z = i / kTileColumns;
+      const bool thing = x >= 20 && x < 24 && y >= 10 && y < 20 && (z + 0.5) * 0.05 < thing_m;
+      block.log_odds[std::size_t(i)] = z == 0 || thing ? 60 : z < 30 ? -40 : 0;
+    }
+    tile.last_observed.fill(SystemClock().now());
+    tile.changed = tile.reclassified = true;
+    EXPECT_TRUE(publisher_.publish_tiles(builder_, true));
+    publisher_.publish_status(builder_, 0.05, 0, "");
+  }
+  static v1::ClearanceRequest request(std::uint64_t number, double z_m) {
+    v1::ClearanceRequest r;
+    r.crane(1);
+    r.client(77);
+    r.sequence_number(number);
+    r.time_ns(SystemClock().now());
+    r.load_size_x_m(0.2);
+    r.load_size_y_m(0.2);
+    r.load_size_z_m(0.2);
+    r.margin_horizontal_m(0.05);
+    r.margin_vertical_m(0.1);
+    for (const double x : {0.3, 1.3}) {
+      v1::ClearancePose pose;
+      pose.x_m(x);
+      pose.y_m(0.8);
+      pose.z_m(z_m);
+      r.path().push_back(pose);
+    }
+    return r;
+  }
+  /// Asks until the answer is one that is waited for; heartbeats go on meanwhile.
+  v1::ClearanceReply ask_until(double z_m,
+                               const std::function<bool(const v1::ClearanceReply&)>& is) {
+    v1::ClearanceReply last;
+    (void)test::eventually([&] {
+      publisher_.publish_status(builder_, 0.05, 0, "");
+      EXPECT_TRUE(requests_.write(request(++number_, z_m)));
+      wakeup_.wait_for(50ms);
+      while (const auto reply = replies_.take())
+        if ((**reply).client() == 77 && (**reply).sequence_number() == number_) last = **reply;
+      return is(last);
+    });
+    return last;
+  }
+
+  StereoRig rig_;
+  MapBuilder builder_;
+  std::shared_ptr<dds::Participant> participant_;
+  MapPublisher publisher_;
+  Wakeup wakeup_;
+  std::shared_ptr<dds::Participant> controller_;
+  dds::Writer<dds::ClearanceRequestTopic> requests_;
+  dds::Reader<dds::ClearanceReplyTopic> replies_;
+  std::uint64_t number_ = 0;
+  std::optional<ClearanceServer> server_;
+  std::jthread serving_;
+};
+
+TEST_F(ClearanceServerTest, AnswersClearBlockedAndWhereItIsSafe) {
+  make_map(0);
+  const auto clear = ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  ASSERT_EQ(clear.verdict(), v1::VERDICT_CLEAR) << clear.text().c_str();
+  EXPECT_EQ(clear.map_id(), 42U);
+  EXPECT_EQ(clear.unknown_fraction(), 0);
+  EXPECT_GE(clear.oldest_age_s(), 0);
+  EXPECT_LT(clear.oldest_age_s(), 60);
+  make_map(0.6);
+  const auto blocked =
+      ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_BLOCKED; });
+  ASSERT_EQ(blocked.verdict(), v1::VERDICT_BLOCKED);
+  EXPECT_EQ(blocked.reason(), v1::CLEARANCE_OBSTACLE);
+  EXPECT_NEAR(blocked.first_x_m(), 1.025, 1e-9);
+  EXPECT_EQ(blocked.has_safe_height(), 1U);
+  EXPECT_NEAR(blocked.safe_height_m(), 0.7, 1e-9);
+  EXPECT_GT(blocked.revision(), clear.revision());
+  const auto above = ask_until(blocked.safe_height_m() + 1e-6,
+                               [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  EXPECT_EQ(above.verdict(), v1::VERDICT_CLEAR) << above.text().c_str();
+}
+
+TEST_F(ClearanceServerTest, WithoutAHeartbeatThereIsNoVerdict) {
+  EXPECT_TRUE(test::eventually(
+      [this] { return requests_.matched() > 0 && server_->map().status().tiles == 0; }));
+  EXPECT_TRUE(requests_.write(request(++number_, 0.5)));
+  v1::ClearanceReply reply;
+  EXPECT_TRUE(test::eventually([&] {
+    wakeup_.wait_for(10ms);
+    while (const auto taken = replies_.take()) reply = **taken;
+    return reply.sequence_number() == number_;
+  }));
+  EXPECT_EQ(reply.verdict(), v1::VERDICT_INVALID);
+  EXPECT_EQ(reply.reason(), v1::CLEARANCE_MAP_INVALID);
+  EXPECT_STREQ(reply.text().c_str(), "no mapper heard yet");
+}
+
+TEST_F(ClearanceServerTest, AnswersASenselessRequestAndGoesOn) {
+  make_map(0);
+  auto bad = request(1000, 0.5);
+  bad.load_size_x_m(-3);
+  (void)ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  EXPECT_TRUE(requests_.write(bad));
+  v1::ClearanceReply reply;
+  EXPECT_TRUE(test::eventually([&] {
+    wakeup_.wait_for(10ms);
+    while (const auto taken = replies_.take()) reply = **taken;
+    return reply.sequence_number() == 1000;
+  }));
+  EXPECT_EQ(reply.verdict(), v1::VERDICT_INVALID);
+  auto not_finite = request(1001, 0.5);
+  not_finite.path()[0].x_m(std::nan(""));
+  EXPECT_TRUE(requests_.write(not_finite));  // refused by the reader, and counted
+  EXPECT_TRUE(test::eventually([this] { return server_->counts().invalid > 0; }));
+  const auto again = ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  EXPECT_EQ(again.verdict(), v1::VERDICT_CLEAR);
+}
+
+}  // namespace
+}  // namespace crane
