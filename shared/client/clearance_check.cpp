@@ -4,9 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <map>
 #include <optional>
-#include <utility>
+#include <vector>
 
 #include "client/swept_area.hpp"
 
@@ -30,62 +29,54 @@ struct Levels {
   int low = 0, high = 0;
 };
 
-/// Which levels are not free in any of the columns: for the safe height.
-class BlockedLevels {
+/// The levels that are free in all columns, up to the highest that is known: for the safe height.
+class CommonRun {
  public:
-  /// The columns added next are this tile's.
-  void select(const ColumnTile* tile) {
-    tile_ = tile;
-    if (tile == nullptr || tile->words == 0) return;
-    sum_ = &sums_[{tile->z0, tile->words}];
-    sum_->occupied.resize(std::size_t(tile->words));
-    sum_->blocked.resize(std::size_t(tile->words));
+  void add(const ColumnTile* tile, int column) {
+    const ColumnTile::Run run =
+        tile != nullptr && tile->words > 0 ? tile->top[std::size_t(column)] : ColumnTile::Run{};
+    first_ = std::max<int>(first_, run.first);
+    end_ = run.first < run.end ? std::min<int>(end_, run.end) : kNone;
   }
-  void add(int column) {
-    if (tile_ == nullptr || tile_->words == 0) {
-      nothing_known_ = true;
-      return;
-    }
-    for (int w = 0; w < tile_->words; ++w) {
-      const auto at = static_cast<std::size_t>(column * tile_->words + w);
-      sum_->occupied[std::size_t(w)] |= tile_->occupied[at];
-      sum_->blocked[std::size_t(w)] |= ~tile_->free[at];
-    }
-  }
-  /// Lowest voxel from which `count` are free in all columns, with nothing occupied above it.
+  /// Lowest voxel from which `count` are free in all columns, with nothing occupied above.
   [[nodiscard]] std::optional<int> lowest_free(int count) const {
-    if (nothing_known_ || sums_.empty()) return std::nullopt;
-    int from = std::numeric_limits<int>::min();  // first level that all tiles hold
-    int to = std::numeric_limits<int>::max();
-    for (const auto& [levels, sum] : sums_) {
-      from = std::max(from, levels.first);
-      to = std::min(to, levels.first + 64 * levels.second - 1);
-      for (int z = levels.first; z < levels.first + 64 * levels.second; ++z)
-        if (bit(sum.occupied, z - levels.first)) from = std::max(from, z + 1);
-    }
-    int run = 0;
-    for (int z = from; z <= to; ++z) {
-      const bool blocked = std::any_of(sums_.begin(), sums_.end(), [z](const auto& s) {
-        return bit(s.second.blocked, z - s.first.first);
-      });
-      run = blocked ? 0 : run + 1;
-      if (run == count) return z - count + 1;
-    }
-    return std::nullopt;
+    if (first_ + count > end_) return std::nullopt;
+    return first_;
   }
 
  private:
-  /// Of all columns whose tiles hold the same levels.
-  struct Sum {
-    std::vector<std::uint64_t> occupied, blocked;
+  static constexpr int kNone = -1'000'000;
+  int first_ = kNone, end_ = 1'000'000;
+};
+
+/// The tiles under one row of tiles, looked up once.
+class TileRow {
+ public:
+  explicit TileRow(const ColumnView& map) : map_(map) {}
+  struct Pair {
+    const ColumnTile* voxels = nullptr;
+    const TileHeights* heights = nullptr;
   };
-  static bool bit(const std::vector<std::uint64_t>& bits, int at) {
-    return (bits[std::size_t(at / 64)] >> (at % 64) & 1U) != 0;
+  const Pair& at(int tile_x, int tile_y) {
+    if (tile_y != y_) {
+      y_ = tile_y;
+      x0_ = tile_x;
+      tiles_.clear();
+    }
+    if (tile_x < x0_) {
+      tiles_.insert(tiles_.begin(), std::size_t(x0_ - tile_x), std::nullopt);
+      x0_ = tile_x;
+    }
+    const auto i = std::size_t(tile_x - x0_);
+    if (i >= tiles_.size()) tiles_.resize(i + 1);
+    if (!tiles_[i]) tiles_[i] = Pair{map_.voxels({tile_x, tile_y}), map_.heights({tile_x, tile_y})};
+    return *tiles_[i];
   }
-  std::map<std::pair<int, int>, Sum> sums_;  ///< by first level and words
-  const ColumnTile* tile_ = nullptr;
-  Sum* sum_ = nullptr;
-  bool nothing_known_ = false;
+
+ private:
+  const ColumnView& map_;
+  int y_ = std::numeric_limits<int>::min(), x0_ = 0;
+  std::vector<std::optional<Pair>> tiles_;
 };
 
 /// What one column says of an interval.
@@ -96,6 +87,10 @@ struct ColumnAnswer {
 
 ColumnAnswer look(const ColumnTile* tile, int column, const Levels& levels) {
   ColumnAnswer out;
+  if (tile != nullptr && tile->words > 0) {
+    const ColumnTile::Run run = tile->top[std::size_t(column)];
+    if (run.first <= levels.low && levels.high < run.end) return out;
+  }
   out.lowest = levels.low;
   if (tile == nullptr || tile->words == 0 || levels.low < tile->z0 ||
       levels.high >= tile->z0 + 64 * tile->words)
@@ -161,7 +156,8 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
     return Levels{static_cast<int>(std::floor(low_m / voxel)),
                   static_cast<int>(std::ceil(high_m / voxel)) - 1};
   };
-  BlockedLevels safe;
+  CommonRun safe;
+  TileRow tiles(map);
   const std::int64_t oldest_allowed =
       query.max_age_s > 0 ? now_ns - static_cast<std::int64_t>(query.max_age_s * 1e9)
                           : std::numeric_limits<std::int64_t>::min();
@@ -174,21 +170,19 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
     double first_along = std::numeric_limits<double>::max();
     const bool decided = out.verdict == Verdict::kBlocked;
     for (const SweptRow& row : rows_of(piece.hull, voxel)) {
-      TileKey key{0, tile_of(row.row)};
       const ColumnTile* tile = nullptr;
       const TileHeights* heights = nullptr;
       for (int x = row.first; x <= row.last; ++x) {
         if (x == row.first || in_tile(x) == 0) {
-          key.x = tile_of(x);
-          tile = map.voxels(key);
-          heights = map.heights(key);
-          safe.select(tile);
+          const TileRow::Pair& here = tiles.at(tile_of(x), tile_of(row.row));
+          tile = here.voxels;
+          heights = here.heights;
         }
         const int column = in_tile(row.row) * kTileEdge + in_tile(x);
         const ColumnHeight* surface =
             heights != nullptr ? &(*heights)[std::size_t(column)] : nullptr;
         ++out.columns;
-        safe.add(column);
+        safe.add(tile, column);
         Levels needed = levels;
         // Heights are finer than voxels: a surface that ends below is not in the way.
         if (surface != nullptr && surface->state != ColumnState::kUnknown &&

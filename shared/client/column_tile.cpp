@@ -26,6 +26,16 @@ ColumnTile columns_of(const DecodedTile& tile) {
         }
       }
     }
+  out.top.resize(kTileColumns);
+  for (int column = 0; column < kTileColumns; ++column) {
+    int z = out.z0 + 64 * out.words - 1;
+    while (z >= out.z0 && !out.is_free(column, z) && !out.is_occupied(column, z)) --z;
+    if (z < out.z0 || !out.is_free(column, z)) continue;
+    const int end = z + 1;
+    while (z >= out.z0 && out.is_free(column, z)) --z;
+    out.top[static_cast<std::size_t>(column)] = {static_cast<std::int16_t>(z + 1),
+                                                 static_cast<std::int16_t>(end)};
+  }
   return out;
 }
 

@@ -14,6 +14,13 @@ struct ColumnTile {
   int words = 0;                              ///< of 64 voxels, per column
   std::vector<std::uint64_t> free, occupied;  ///< [column * words + word]; neither: unknown
 
+  /// The highest run of free voxels of a column, first .. end - 1, if nothing occupied is above it;
+  /// else empty. Most questions are answered by it.
+  struct Run {
+    std::int16_t first = 0, end = 0;
+  };
+  std::vector<Run> top;  ///< by column; empty when there are no words
+
   [[nodiscard]] bool is_free(int column, int z) const { return bit(free, column, z); }
   [[nodiscard]] bool is_occupied(int column, int z) const { return bit(occupied, column, z); }
 

@@ -50,8 +50,12 @@ void sweep_leg(const ClearanceQuery& q, const Pose& from, const Pose& to, double
   const double half_y = q.load.size_y_m / 2 + margin;
   const double turn = std::abs(to.yaw_rad - from.yaw_rad);
   const double radius = std::hypot(half_x, half_y);
-  const double steps = std::ceil(std::max(std::abs(to.z_m - from.z_m), radius * turn) / step_m);
-  const int count = std::max(1, static_cast<int>(steps));
+  // Turning while moving, a side bends away from the chord between two poses: by a quarter and by
+  // half a step at most.
+  const double length = std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+  const double turns = std::sqrt(turn * std::max(radius * turn / 2, length / 4) / step_m);
+  const double climbs = std::abs(to.z_m - from.z_m) / (2 * step_m);
+  const int count = std::max(1, static_cast<int>(std::ceil(std::max(turns, climbs))));
   // A turning corner leaves the chord between two poses by at most this.
   const double bulge = radius * turn * turn / (8.0 * count * count);
   for (int i = 0; i < count; ++i) {

@@ -19,7 +19,8 @@ struct SweptPiece {
 };
 
 /// The volume that load and margins sweep along a path, legs lengthened by the braking distance.
-/// Legs that climb or turn are cut so that a piece holds at most `step_m` of it.
+/// Legs that climb or turn are cut, so that the pieces hold hardly more than is swept: by `step_m`
+/// sideways and two of them in height.
 std::vector<SweptPiece> sweep(const ClearanceQuery& query, double step_m);
 
 /// Cells of one row that a polygon touches: columns first .. last.

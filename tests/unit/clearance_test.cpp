@@ -136,8 +136,8 @@ bool pose_is_free(const TestMap& map, const ClearanceQuery& q, const Pose& p, do
   std::vector<Corner> box;
   for (const auto& [x, y] : {std::pair{-hx, -hy}, {hx, -hy}, {hx, hy}, {-hx, hy}})
     box.push_back({p.x_m + c * x - s * y, p.y_m + s * x + c * y});
-  return all_free(map, box, p.z_m - q.margins.vertical_m - more,
-                  p.z_m + q.load.size_z_m + q.load.above_m + q.margins.vertical_m + more);
+  return all_free(map, box, p.z_m - q.margins.vertical_m - 2 * more,
+                  p.z_m + q.load.size_z_m + q.load.above_m + q.margins.vertical_m + 2 * more);
 }
 
 TEST(Clearance, EqualsASlowReferenceVoxelByVoxel) {
