@@ -15,5 +15,6 @@ Command add_demo_command(CLI::App& app);
 Command add_simulate_command(CLI::App& app);
 Command add_watch_command(CLI::App& app);
 Command add_evaluate_command(CLI::App& app);
+Command add_query_command(CLI::App& app);
 
 }  // namespace crane

@@ -7,7 +7,6 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "service/client_options.hpp"
 #include "commands.hpp"
 #include "dds/shared_memory.hpp"
 #include "height_picture.hpp"
@@ -15,6 +14,7 @@
 #include "progress.hpp"
 #include "recording/recording.hpp"
 #include "run_report.hpp"
+#include "service/client_options.hpp"
 #include "service/play_clock.hpp"
 #include "service/run_service.hpp"
 #include "supervisor.hpp"

@@ -5,10 +5,10 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "service/client_options.hpp"
 #include "commands.hpp"
 #include "dds/endpoints.hpp"
 #include "run_report.hpp"
+#include "service/client_options.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {

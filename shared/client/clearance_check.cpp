@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "client/swept_area.hpp"
@@ -29,24 +31,90 @@ struct Levels {
   int low = 0, high = 0;
 };
 
-/// The levels that are free in all columns, up to the highest that is known: for the safe height.
-class CommonRun {
+/// Which levels are not free in any of the columns: for the safe height.
+class BlockedLevels {
  public:
-  void add(const ColumnTile* tile, int column) {
-    const ColumnTile::Run run =
-        tile != nullptr && tile->words > 0 ? tile->top[std::size_t(column)] : ColumnTile::Run{};
-    first_ = std::max<int>(first_, run.first);
-    end_ = run.first < run.end ? std::min<int>(end_, run.end) : kNone;
+  /// Adds columns first .. first + count - 1 of a tile.
+  void add(const ColumnTile* tile, int first, int count) {
+    if (tile == nullptr || tile->words == 0) {
+      nothing_known_ = true;
+      return;
+    }
+    Sum& sum = sums_[{tile->z0, tile->words}];
+    sum.occupied.resize(std::size_t(tile->words));
+    sum.blocked.resize(std::size_t(tile->words));
+    for (int w = 0; w < tile->words; ++w) {
+      const std::uint64_t* occupied = tile->occupied.data() + w * kTileColumns + first;
+      const std::uint64_t* free = tile->free.data() + w * kTileColumns + first;
+      std::uint64_t any_occupied = 0;
+      std::uint64_t all_free = ~std::uint64_t{0};
+      for (int i = 0; i < count; ++i) {
+        any_occupied |= occupied[i];
+        all_free &= free[i];
+      }
+      sum.occupied[std::size_t(w)] |= any_occupied;
+      sum.blocked[std::size_t(w)] |= ~all_free;
+    }
   }
-  /// Lowest voxel from which `count` are free in all columns, with nothing occupied above.
+  /// Lowest voxel from which `count` are free in all columns, with nothing occupied above it.
   [[nodiscard]] std::optional<int> lowest_free(int count) const {
-    if (first_ + count > end_) return std::nullopt;
-    return first_;
+    if (nothing_known_ || sums_.empty()) return std::nullopt;
+    int from = std::numeric_limits<int>::min();  // first level that all tiles hold
+    int to = std::numeric_limits<int>::max();
+    for (const auto& [levels, sum] : sums_) {
+      from = std::max(from, levels.first);
+      to = std::min(to, levels.first + 64 * levels.second - 1);
+      for (int z = levels.first; z < levels.first + 64 * levels.second; ++z)
+        if (bit(sum.occupied, z - levels.first)) from = std::max(from, z + 1);
+    }
+    int run = 0;
+    for (int z = from; z <= to; ++z) {
+      const bool blocked = std::any_of(sums_.begin(), sums_.end(), [z](const auto& s) {
+        return bit(s.second.blocked, z - s.first.first);
+      });
+      run = blocked ? 0 : run + 1;
+      if (run == count) return z - count + 1;
+    }
+    return std::nullopt;
   }
 
  private:
-  static constexpr int kNone = -1'000'000;
-  int first_ = kNone, end_ = 1'000'000;
+  /// Of all columns whose tiles hold the same levels.
+  struct Sum {
+    std::vector<std::uint64_t> occupied, blocked;
+  };
+  static bool bit(const std::vector<std::uint64_t>& bits, int at) {
+    return (bits[std::size_t(at / 64)] >> (at % 64) & 1U) != 0;
+  }
+  std::map<std::pair<int, int>, Sum> sums_;  ///< by first level and words
+  bool nothing_known_ = false;
+};
+
+/// The safe height where it is easy: above the highest occupied voxel of all columns everything is
+/// free up to some level.
+class HighestRun {
+ public:
+  void add(const ColumnTile* tile, int column) {
+    if (tile == nullptr || tile->words == 0) {
+      easy_ = false;
+      return;
+    }
+    const ColumnTile::Run run = tile->top[std::size_t(column)];
+    easy_ &= run.first < run.end;
+    end_ = std::min<int>(end_, run.end);
+    if (run.first <= first_) return;
+    first_ = run.first;
+    ends_at_obstacle_ = tile->is_occupied(column, first_ - 1);
+  }
+  /// Whether lowest_free() is what BlockedLevels would say.
+  [[nodiscard]] bool easy(int count) const {
+    return easy_ && ends_at_obstacle_ && first_ + count <= end_;
+  }
+  [[nodiscard]] int lowest_free() const { return first_; }
+
+ private:
+  int first_ = std::numeric_limits<int>::min(), end_ = std::numeric_limits<int>::max();
+  bool easy_ = true, ends_at_obstacle_ = false;
 };
 
 /// The tiles under one row of tiles, looked up once.
@@ -79,6 +147,19 @@ class TileRow {
   std::vector<std::optional<Pair>> tiles_;
 };
 
+/// The safe height where things of which nothing is known lie above others: level by level.
+std::optional<int> lowest_free(const std::vector<SweptPiece>& pieces, double voxel, TileRow& tiles,
+                               int count) {
+  BlockedLevels levels;
+  for (const SweptPiece& piece : pieces)
+    for (const SweptRow& row : rows_of(piece.hull, voxel))
+      for (int x = row.first; x <= row.last; x += kTileEdge - in_tile(x))
+        levels.add(tiles.at(tile_of(x), tile_of(row.row)).voxels,
+                   in_tile(row.row) * kTileEdge + in_tile(x),
+                   std::min(row.last - x, kTileEdge - 1 - in_tile(x)) + 1);
+  return levels.lowest_free(count);
+}
+
 /// What one column says of an interval.
 struct ColumnAnswer {
   bool occupied = false, unknown = false;
@@ -101,7 +182,7 @@ ColumnAnswer look(const ColumnTile* tile, int column, const Levels& levels) {
     const int base = tile->z0 + 64 * w;
     const std::uint64_t wanted = ones(levels.low - base, levels.high - base);
     if (wanted == 0) continue;
-    const auto at = static_cast<std::size_t>(column * tile->words + w);
+    const auto at = static_cast<std::size_t>(w * kTileColumns + column);
     const std::uint64_t occupied = tile->occupied[at] & wanted;
     const std::uint64_t unknown = wanted & ~tile->free[at] & ~tile->occupied[at];
     out.occupied |= occupied != 0;
@@ -156,7 +237,7 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
     return Levels{static_cast<int>(std::floor(low_m / voxel)),
                   static_cast<int>(std::ceil(high_m / voxel)) - 1};
   };
-  CommonRun safe;
+  HighestRun highest;
   TileRow tiles(map);
   const std::int64_t oldest_allowed =
       query.max_age_s > 0 ? now_ns - static_cast<std::int64_t>(query.max_age_s * 1e9)
@@ -182,7 +263,7 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
         const ColumnHeight* surface =
             heights != nullptr ? &(*heights)[std::size_t(column)] : nullptr;
         ++out.columns;
-        safe.add(tile, column);
+        highest.add(tile, column);
         Levels needed = levels;
         // Heights are finer than voxels: a surface that ends below is not in the way.
         if (surface != nullptr && surface->state != ColumnState::kUnknown &&
@@ -224,7 +305,8 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
   // From the safe height up, margin below and box, hook and margin above must be free.
   const double needed_m = query.load.size_z_m + query.load.above_m + 2 * query.margins.vertical_m;
   const int count = static_cast<int>(std::ceil(needed_m / voxel)) + 1;
-  const std::optional<int> lowest = safe.lowest_free(count);
+  const std::optional<int> lowest =
+      highest.easy(count) ? highest.lowest_free() : lowest_free(pieces, voxel, tiles, count);
   const bool any_age = query.max_age_s <= 0 || (!stale_anywhere && !never_seen);
   out.safe_height_m = lowest && any_age ? *lowest * voxel + query.margins.vertical_m
                                         : std::numeric_limits<double>::quiet_NaN();

@@ -20,7 +20,7 @@ ColumnTile columns_of(const DecodedTile& tile) {
         if (layer[i] == 0) continue;
         for (int k = 0; k < 4; ++k) {
           const unsigned c = layer[i] >> (2 * k) & 3U;
-          const auto word = static_cast<std::size_t>((4 * i + k) * out.words + at / 64);
+          const auto word = static_cast<std::size_t>(at / 64 * kTileColumns + 4 * i + k);
           if (c == static_cast<unsigned>(Occupancy::kFree)) out.free[word] |= bit;
           if (c == static_cast<unsigned>(Occupancy::kOccupied)) out.occupied[word] |= bit;
         }

@@ -12,7 +12,7 @@ namespace crane::client {
 struct ColumnTile {
   int z0 = 0;                                 ///< voxel of bit 0
   int words = 0;                              ///< of 64 voxels, per column
-  std::vector<std::uint64_t> free, occupied;  ///< [column * words + word]; neither: unknown
+  std::vector<std::uint64_t> free, occupied;  ///< [word][column]; neither: unknown
 
   /// The highest run of free voxels of a column, first .. end - 1, if nothing occupied is above it;
   /// else empty. Most questions are answered by it.
@@ -28,7 +28,7 @@ struct ColumnTile {
   [[nodiscard]] bool bit(const std::vector<std::uint64_t>& bits, int column, int z) const {
     const int at = z - z0;
     if (at < 0 || at >= 64 * words) return false;
-    return (bits[static_cast<std::size_t>(column * words + at / 64)] >> (at % 64) & 1U) != 0;
+    return (bits[static_cast<std::size_t>(at / 64 * kTileColumns + column)] >> (at % 64) & 1U) != 0;
   }
 };
 

@@ -255,6 +255,14 @@ TEST(Clearance, NamesTheFirstObstacleAndTheHeightThatIsSafe) {
             Verdict::kBlocked);
 }
 
+TEST(Clearance, TheSafeHeightMayLieBelowWhatWasNeverSeen) {
+  TestMap map = hall_with_a_box();
+  for (int x = -5; x < 5; ++x) map.set(x, 0, 30, Occupancy::kUnknown);  // at 3 m, free above
+  map.finish(1000 * kNsPerSecond);
+  const Clearance low = check_clearance(over_the_hall(0.6), map.view(), 1010 * kNsPerSecond);
+  EXPECT_NEAR(low.safe_height_m, 1.3, 1e-9);
+}
+
 TEST(Clearance, UnknownAndStaleAreBlocked) {
   TestMap map = hall_with_a_box();
   ClearanceQuery q = over_the_hall(2);

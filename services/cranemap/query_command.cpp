@@ -1,0 +1,144 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <sstream>
+
+#include "base/log.hpp"
+#include "commands.hpp"
+#include "crane/client/map.hpp"
+#include "service/client_options.hpp"
+#include "service/run_service.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kExitBlocked = 1, kExitNoAnswer = 4;
+
+struct Options {
+  std::string config;
+  int domain = -1, crane = -1;
+  std::vector<double> at, load = {0, 0, 0}, margin = {0.2, 0.2};
+  std::vector<std::string> path;
+  double above_m = 0, sway_m = 0, braking_m = 0, max_age_s = 0;
+};
+
+/// "x,y,z" or "x,y,z,degrees". Error: Configuration.
+Result<client::Pose> read_pose(const std::string& text) {
+  std::vector<double> v;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');) {
+    char* end = nullptr;
+    v.push_back(std::strtod(part.c_str(), &end));
+    if (part.empty() || *end != '\0') v.clear(), in.setstate(std::ios::failbit);
+  }
+  if (v.size() != 3 && v.size() != 4)
+    return Error{ErrorCode::kConfiguration, "--path " + text, "is no pose",
+                 "write x,y,z or x,y,z,degrees: metres in the map frame"};
+  return client::Pose{v[0], v[1], v[2], v.size() == 4 ? v[3] * std::numbers::pi / 180 : 0};
+}
+
+int ask_height(const client::Map& map, double x, double y) {
+  const client::Height h = map.height(x, y);
+  if (h.surface == client::Surface::kUnknown) {
+    std::printf("height at (%.2f, %.2f): unknown, so not free\n", x, y);
+    return kExitBlocked;
+  }
+  std::printf("height at (%.2f, %.2f): %.4f m, spread %.4f m (%s)\n", x, y, h.height_m, h.spread_m,
+              h.surface == client::Surface::kFloor ? "floor" : "obstacle");
+  return kExitOk;
+}
+
+int ask_clearance(const client::Map& map, const client::ClearanceQuery& query) {
+  const client::Clearance c = map.clearance(query);
+  if (c.verdict == client::Verdict::kInvalid) {
+    std::printf("NO ANSWER: %s\n", c.text.c_str());
+    return c.reason == client::Reason::kBadQuery ? kExitConfiguration : kExitNoAnswer;
+  }
+  const bool clear = c.verdict == client::Verdict::kClear;
+  std::printf("%s%s%s\n", clear ? "CLEAR" : "BLOCKED: ", clear ? "" : "by ", c.text.c_str());
+  if (std::isfinite(c.safe_height_m))
+    std::printf("safe height of the underside  %.3f m\n", c.safe_height_m);
+  else
+    std::printf("safe height of the underside  none known\n");
+  if (c.oldest_age_s < 0)
+    std::printf("oldest column                 never seen\n");
+  else
+    std::printf("oldest column                 %.1f s ago\n", c.oldest_age_s);
+  std::printf("unknown                       %.2f %% of %llu columns\n", 100 * c.unknown_fraction,
+              static_cast<unsigned long long>(c.columns));
+  std::printf("map %016llx revision %llu\n", static_cast<unsigned long long>(c.map_id),
+              static_cast<unsigned long long>(c.revision));
+  return clear ? kExitOk : kExitBlocked;
+}
+
+int query(const Options& options) {
+  const auto fail = [](const Error& error) {
+    log_error(error.text());
+    return exit_code(error);
+  };
+  SiteConfig config;
+  if (!options.config.empty()) {
+    auto read = read_site_config(options.config);
+    if (!read) return fail(read.error());
+    config = *read;
+  }
+  if (options.domain >= 0) config.dds.domain = options.domain;
+  if (options.crane >= 0) config.crane = options.crane;
+  client::ClearanceQuery clearance;
+  for (const std::string& text : options.path) {
+    auto pose = read_pose(text);
+    if (!pose) return fail(pose.error());
+    clearance.path.push_back(*pose);
+  }
+  if (options.at.empty() == clearance.path.empty())
+    return fail(Error{ErrorCode::kConfiguration, "query", "needs --at or --path", "see --help"});
+  clearance.load = {options.load[0], options.load[1], options.load[2], options.above_m};
+  clearance.margins = {options.margin[0], options.margin[1], options.sway_m, options.braking_m};
+  clearance.max_age_s = options.max_age_s;
+  std::string why;
+  const auto map = client::Map::join(client_options(config), why);
+  if (!map) return fail(Error{ErrorCode::kResource, "map", why, ""});
+  if (!map->wait_until_complete(10s)) {
+    const std::string& reason = map->status().reason;
+    std::printf("NO ANSWER: no complete map within 10 s%s%s\n", reason.empty() ? "" : ": ",
+                reason.c_str());
+    return kExitNoAnswer;
+  }
+  return options.at.empty() ? ask_clearance(*map, clearance)
+                            : ask_height(*map, options.at[0], options.at[1]);
+}
+
+}  // namespace
+
+Command add_query_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "query",
+      "Ask a running map: how high is it there, or may the load go along that path?\n"
+      "Example: cranemap query --at 0.75 0.55\n"
+      "Example: cranemap query --path 0.3,0.3,0.9 2.4,0.3,0.9 --load 0.3 0.3 0.2\n"
+      "Exit: 0 known or clear, 1 unknown or blocked, 2 input, 3 resource, 4 no answer.");
+  command->add_option("--at", options->at, "x y [m]: height of the map there")->expected(2);
+  command->add_option("--path", options->path,
+                      "Poses x,y,z[,degrees] of the middle of the load's underside");
+  command->add_option("--load", options->load, "Size x y z [m]")->expected(3);
+  command->add_option("--margin", options->margin, "Horizontal and vertical [m]")
+      ->expected(2)
+      ->capture_default_str();
+  command->add_option("--above", options->above_m, "Hook and rope above the load to keep free [m]");
+  command->add_option("--sway", options->sway_m, "Added to the horizontal margin [m]");
+  command->add_option("--braking", options->braking_m,
+                      "Each leg goes on so far beyond its end [m]");
+  command->add_option("--max-age", options->max_age_s,
+                      "Older columns are unknown [s]; 0 = any age");
+  command->add_option("--config", options->config, "Site configuration")->check(CLI::ExistingFile);
+  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
+  command->add_option("--crane", options->crane, "Number of the crane")
+      ->check(CLI::Range(0, 65535));
+  return [options] { return query(*options); };
+}
+
+}  // namespace crane
