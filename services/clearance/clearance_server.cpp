@@ -16,7 +16,8 @@ static_assert(int(client::Reason::kNone) == v1::CLEARANCE_NONE &&
               int(client::Reason::kBadQuery) == v1::CLEARANCE_BAD_QUERY &&
               int(client::Reason::kObstacle) == v1::CLEARANCE_OBSTACLE &&
               int(client::Reason::kUnknown) == v1::CLEARANCE_UNKNOWN &&
-              int(client::Reason::kStale) == v1::CLEARANCE_STALE);
+              int(client::Reason::kStale) == v1::CLEARANCE_STALE &&
+              int(client::Reason::kZone) == v1::CLEARANCE_ZONE);
 
 }  // namespace
 
@@ -40,6 +41,8 @@ v1::ClearanceReply to_reply(const v1::ClearanceRequest& request, const client::C
   reply.reason(static_cast<std::uint32_t>(a.reason));
   reply.map_id(a.map_id);
   reply.revision(a.revision);
+  reply.slow_down(a.slow_down ? 1 : 0);
+  reply.zone(a.zone);
   const bool has_height = a.verdict != client::Verdict::kInvalid && std::isfinite(a.safe_height_m);
   reply.has_safe_height(has_height ? 1 : 0);
   reply.safe_height_m(has_height ? a.safe_height_m : 0);

@@ -1,6 +1,7 @@
 #include "mapper/map_builder.hpp"
 
 #include "map_codec/tile_codec.hpp"
+#include "mapping/hoist_mask.hpp"
 
 namespace crane {
 namespace {
@@ -36,24 +37,46 @@ std::optional<PaperMapper> make_paper(const MapperConfig& c) {
 
 Result<void> MapBuilder::check(const MapperConfig& config, const StereoRig& rig) {
   const IntegratorSettings range = heights(config, rig);
-  const double voxels = (range.z_max_m - range.z_min_m) / choose_voxel(config, rig);
-  constexpr double kMost = (kMaxBlocks - 1) * kTileEdge;  // wherever the first block begins
-  if (voxels <= kMost) return {};
-  return Error{ErrorCode::kConfiguration, "mapper.voxel_m",
-               "z_min_m to z_max_m are " + std::to_string(static_cast<long>(voxels)) +
-                   " voxels, more than the " + std::to_string(static_cast<long>(kMost)) +
-                   " of a tile",
-               "raise it, or lower mapper.z_max_m"};
+  const double voxel = choose_voxel(config, rig);
+  const auto too_far = [voxel](const char* what, double metres, int indices) {
+    return Error{ErrorCode::kConfiguration, "mapper.voxel_m",
+                 "at " + std::to_string(voxel) + " m, " + what + " of " + std::to_string(metres) +
+                     " m lies beyond the " + std::to_string(indices) + " voxels that tiles reach",
+                 "raise it, or lower what is too far"};
+  };
+  constexpr int kHeights = kHighestBlock * kTileEdge;
+  constexpr int kPositions = kFarthestTile * kTileEdge;
+  const double height = std::max(std::abs(range.z_min_m), std::abs(range.z_max_m));
+  if (height / voxel > kHeights) return too_far("a height", height, kHeights);
+  // What is seen lies hardly farther from the trolley than the camera is high.
+  const double position =
+      std::max(std::abs(config.rangefinder_min_m), std::abs(config.rangefinder_max_m)) +
+      4 * rig.camera_height_m();
+  if (position / voxel > kPositions) return too_far("a position", position, kPositions);
+  return {};
 }
 
-MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig)
+MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig, const HoistConfig& hoist)
     : config_(config),
       rig_(rig),
       map_(std::make_unique<OccupancyMap>(choose_voxel(config, rig), bytes(config))),
       integrator_(heights(config, rig)),
       paper_(make_paper(config)),
       cart_(config.rangefinder_min_m, config.rangefinder_max_m),
-      trolley_(config.rangefinder_min_m, config.rangefinder_max_m) {}
+      trolley_(config.rangefinder_min_m, config.rangefinder_max_m),
+      hoist_(hoist, rig.camera_height_m()),
+      hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
+      forgetting_(config.method == MapperConfig::Method::kPaper ? 0 : config.forget_s) {}
+
+void MapBuilder::restore(const FrameAccount& account, TimeNs age) {
+  account_ = account;
+  ages_.restore(age, account.last_frame_time);
+}
+
+void MapBuilder::rest(TimeNs now) {
+  ages_.at_rest(now);
+  forgetting_.advance(ages_.time(), *map_);
+}
 
 void MapBuilder::add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m) {
   if (stream != position_stream_) {  // another recording may use the same times for other places
@@ -106,7 +129,7 @@ void MapBuilder::add_cloud(CloudSample cloud, TimeNs now) {
   pending_.push_back(std::move(cloud));
 }
 
-MapBuilder::Placing MapBuilder::place(CloudSample& cloud) {
+MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   double cart_m = 0;
   double trolley_m = 0;
   const std::chrono::milliseconds gap(config_.max_position_gap_ms);
@@ -115,6 +138,13 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud) {
   using Lookup = PositionTrack::Lookup;
   if (cart == Lookup::kGap || trolley == Lookup::kGap) return Placing::kNever;
   if (cart == Lookup::kNotYet || trolley == Lookup::kNotYet) return Placing::kWait;
+  // Hook and load may have moved until the exposure: their next state is waited for, but not long.
+  const TimeNs hoist_gap = TimeNs(hoist_.max_gap_ms()) * 1'000'000;
+  if (hoist_.used() && !hoist_.reaches(cloud.exposure_time) &&
+      hoist_.known_at(cloud.exposure_time) == HoistKnown::kLost &&
+      now - cloud.arrival_time < hoist_gap)
+    return Placing::kWait;
+  cloud.gantry_m = {cart_m, trolley_m};
   // eq. 5-7: translation only; the mount's tilt and height come from the calibration.
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
@@ -126,7 +156,7 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud) {
 bool MapBuilder::step(TimeNs now) {
   if (pending_.empty()) return false;
   CloudSample& cloud = pending_.front();
-  Placing placing = place(cloud);
+  const Placing placing = place(cloud, now);
   if (placing == Placing::kWait) {
     if (now - cloud.arrival_time < TimeNs(config_.position_wait_ms) * 1'000'000) return false;
     dropped.add("no position: none arrived after the exposure");
@@ -135,10 +165,26 @@ bool MapBuilder::step(TimeNs now) {
     dropped.add("no position: gap around the exposure");
     account_for(cloud, false);
   } else {
+    ages_.at_exposure(cloud.exposure_time, now);
+    forgetting_.advance(ages_.time(), *map_);
+    cut_out_hoist(cloud);
     integrate(cloud);
   }
   pending_.pop_front();
   return true;
+}
+
+void MapBuilder::cut_out_hoist(CloudSample& cloud) {
+  if (!hoist_.used()) return;
+  const Stopwatch watch;
+  const std::chrono::milliseconds gap(config_.max_position_gap_ms);
+  hoist_.prove(cart_, trolley_, gap, *map_);
+  hoist_known_ = hoist_.known_at(cloud.exposure_time);
+  if (hoist_known_ == HoistKnown::kLost) dropped.add("frame without hoist_state: cut out widely");
+  cut_out_ += mask_bodies(hoist_.bodies_at(cloud.exposure_time, cloud.gantry_m), cloud.frame,
+                          cloud.depth_m);
+  dropped.set("pixels of hook, rope and load", cut_out_);
+  stages.add("cut out hoist", watch.ms());
 }
 
 void MapBuilder::integrate(CloudSample& cloud) {
@@ -186,7 +232,8 @@ Result<void> MapBuilder::rebuild() {
   // A tile that the filters emptied is published as an empty one.
   for (const Tile* old : map_->tiles()) {
     Tile& tile = fresh->tile(old->key);
-    tile.changed = tile.reclassified = true;
+    tile.reclassified = true;
+    fresh->mark_changed(tile);
   }
   map_ = std::move(fresh);
   stale_ = false;

@@ -10,6 +10,9 @@
 #include "config/site_config.hpp"
 #include "geometry/position_track.hpp"
 #include "geometry/stereo_rig.hpp"
+#include "mapper/hoist_tracker.hpp"
+#include "mapping/epoch.hpp"
+#include "mapping/forgetting.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "mapping/paper_mapper.hpp"
 #include "mapping/projective_integrator.hpp"
@@ -24,6 +27,7 @@ struct CloudSample {
   TimeNs arrival_time = 0;
   TimeNs sent_time = 0;  ///< when the camera handed its frame on, wall clock
   DepthFrame frame;      ///< points into the vectors below
+  Eigen::Vector2d gantry_m = Eigen::Vector2d::Zero();  ///< cart and trolley, once placed
   Eigen::Matrix3d R_camera_rectified = Eigen::Matrix3d::Identity();
   std::vector<float> depth_m;
   std::vector<std::uint8_t> confidence, colour;
@@ -49,10 +53,10 @@ class MapBuilder {
   /// Clouds that wait for their positions; the oldest is given up when one more comes.
   static constexpr std::size_t kMaxPending = 8;
 
-  /// Error: Configuration when z_min..z_max holds more voxels than a tile can carry.
+  /// Error: Configuration when heights or positions lie where no tile can be.
   static Result<void> check(const MapperConfig& config, const StereoRig& rig);
   /// Of a configuration that passes check().
-  MapBuilder(const MapperConfig& config, const StereoRig& rig);
+  MapBuilder(const MapperConfig& config, const StereoRig& rig, const HoistConfig& hoist = {});
 
   /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.
   [[nodiscard]] double voxel_m() const { return map_->voxel_m(); }
@@ -61,10 +65,14 @@ class MapBuilder {
   void add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m);
   /// A reading whose device says it failed: counted, never used.
   void add_failed_position(Axis axis);
+  void add_hoist(const HoistReading& reading) { hoist_.add(reading); }
+  void add_failed_hoist() { dropped.add("hoist_state says failed"); }
   void add_cloud(CloudSample cloud, TimeNs now);
   /// Integrates the oldest waiting cloud if its positions are known, or gives it up when they
   /// cannot come any more. True when a frame was accounted for.
   bool step(TimeNs now);
+  /// Lets the map grow older while no frame comes; to be called at least every second.
+  void rest(TimeNs now);
 
   /// method: paper makes the map anew from all clouds. Error: what a filter says.
   Result<void> rebuild();
@@ -72,7 +80,11 @@ class MapBuilder {
 
   [[nodiscard]] OccupancyMap& map() { return *map_; }
   [[nodiscard]] const FrameAccount& account() const { return account_; }
-  void restore_account(const FrameAccount& account) { account_ = account; }
+  /// What is known of the hoist since the last frame.
+  [[nodiscard]] HoistKnown hoist() const { return hoist_known_; }
+  /// Age of the map; see AgeClock.
+  [[nodiscard]] TimeNs age() const { return ages_.time(); }
+  void restore(const FrameAccount& account, TimeNs age);
   [[nodiscard]] const PointCloud* paper_cloud() const {
     return paper_ ? &paper_->filtered() : nullptr;
   }
@@ -84,8 +96,9 @@ class MapBuilder {
 
  private:
   enum class Placing { kPlaced, kWait, kNever };
-  Placing place(CloudSample& cloud);
+  Placing place(CloudSample& cloud, TimeNs now);
   void account_for(const CloudSample& cloud, bool integrated);
+  void cut_out_hoist(CloudSample& cloud);
   void integrate(CloudSample& cloud);
 
   MapperConfig config_;
@@ -95,12 +108,16 @@ class MapBuilder {
   std::optional<PaperMapper> paper_;
   bool stale_ = false;
   PositionTrack cart_, trolley_;
+  HoistTracker hoist_;
+  HoistKnown hoist_known_;
+  AgeClock ages_;
+  Forgetting forgetting_;
   std::deque<CloudSample> pending_;
   FrameAccount account_;
   std::uint64_t position_stream_ = 0;
   TimeNs last_arrival_ = 0;
   std::int64_t newest_queued_ = -1;
-  std::uint64_t dropped_points_ = 0;
+  std::uint64_t dropped_points_ = 0, cut_out_ = 0;
 };
 
 }  // namespace crane

@@ -1,34 +1,29 @@
 #include "mapper/map_publisher.hpp"
 
+#include <algorithm>
+
 #include "bounds.h"
 #include "map_codec/crc32c.hpp"
-#include "map_codec/tile_codec.hpp"
 
 namespace crane {
 namespace {
 
 constexpr int kOctreeLevel = 3;
+static_assert(int(HoistKnown::kNotUsed) == v1::HOIST_NOT_USED &&
+              int(HoistKnown::kKnown) == v1::HOIST_KNOWN &&
+              int(HoistKnown::kLost) == v1::HOIST_LOST);
+static_assert(kBuckets == v1::TILE_BUCKETS);
 
 template <class Type>
-Type tile_sample(std::uint32_t crane, TileKey key, std::uint64_t map_id, std::uint64_t revision,
-                 TimeNs time, double voxel_m, Bytes payload, std::uint32_t crc) {
-  Type sample;
+void set_key(Type& sample, std::uint32_t crane, TileKey key) {
   sample.crane(crane);
-  sample.tile_x(key.x);
-  sample.tile_y(key.y);
-  sample.map_id(map_id);
-  sample.revision(revision);
-  sample.time_ns(time);
-  sample.voxel_m(voxel_m);
-  sample.encoding(kTileEncoding);
-  sample.crc32c(crc);
-  sample.payload(std::move(payload));
-  return sample;
+  sample.tile_x(static_cast<std::int16_t>(key.x));
+  sample.tile_y(static_cast<std::int16_t>(key.y));
 }
 
-Error too_big() {
-  return {ErrorCode::kResource, "map_tile", "a tile exceeds its bound",
-          "raise mapper.voxel_m or lower z_max_m"};
+BandKey band_key(TileKey key, int band) {
+  return {static_cast<std::int16_t>(key.x), static_cast<std::int16_t>(key.y),
+          static_cast<std::int16_t>(band)};
 }
 
 }  // namespace
@@ -50,52 +45,116 @@ Result<MapPublisher> MapPublisher::create(const std::shared_ptr<dds::Participant
   return p;
 }
 
+Result<void> MapPublisher::publish_voxels(const Tile& tile, const Stamp& stamp,
+                                          Published& published) {
+  const std::vector<int> known = known_bands(tile);
+  v1::MapTile sample;
+  set_key(sample, crane_, tile.key);
+  sample.map_id(identity_.map_id);
+  sample.revision(stamp.revision);
+  sample.time_ns(stamp.time);
+  sample.voxel_m(stamp.voxel_m);
+  sample.encoding(kTileEncoding);
+  for (const int band : known) {
+    Bytes payload = encode_tile(tile, band);
+    const std::uint32_t crc = crc32c(payload);
+    const auto old = published.bands.find(band);
+    const bool fresh = old == published.bands.end();
+    if (!fresh && old->second == crc && !stamp.again) continue;
+    sample.tile_z(static_cast<std::int16_t>(band));
+    sample.crc32c(crc);
+    sample.payload(std::move(payload));
+    if (auto sent = tiles_.write(sample); !sent) return sent;
+    const BandKey key = band_key(tile.key, band);
+    if (fresh)
+      ++voxel_tiles_;
+    else
+      voxel_digests_.remove(key, old->second);
+    voxel_digests_.add(key, crc);
+    published.bands[band] = crc;
+    revision_ = stamp.revision;
+    ++published_tiles_;
+  }
+  for (auto old = published.bands.begin(); old != published.bands.end();) {
+    if (std::find(known.begin(), known.end(), old->first) != known.end()) {
+      ++old;
+      continue;
+    }
+    sample.tile_z(static_cast<std::int16_t>(old->first));
+    if (auto ended = tiles_.dispose(sample); !ended) return ended;
+    voxel_digests_.remove(band_key(tile.key, old->first), old->second);
+    --voxel_tiles_;
+    revision_ = stamp.revision;
+    old = published.bands.erase(old);
+  }
+  return {};
+}
+
+Result<void> MapPublisher::publish_heights(const OccupancyMap& map, const Tile& tile,
+                                           const Stamp& stamp, Published& published) {
+  published.heights_time = SystemClock().now();
+  const TileHeights heights = tile_heights(map, tile, floor_tolerance_m(map.voxel_m()));
+  if (!any_known(heights) && !published.heights) return {};
+  v1::HeightTile sample;
+  set_key(sample, crane_, tile.key);
+  const BandKey key = band_key(tile.key, 0);
+  Bytes payload = encode_heights(heights);
+  const std::uint32_t crc = crc32c(payload);
+  if (published.heights == crc && !stamp.again) return {};
+  sample.map_id(identity_.map_id);
+  sample.revision(stamp.revision);
+  sample.time_ns(stamp.time);
+  sample.voxel_m(stamp.voxel_m);
+  sample.encoding(kTileEncoding);
+  sample.crc32c(crc);
+  sample.payload(std::move(payload));
+  if (auto sent = heights_.write(sample); !sent) return sent;
+  if (published.heights)
+    height_digests_.remove(key, *published.heights);
+  else
+    ++height_tiles_;
+  height_digests_.add(key, crc);
+  published.heights = crc;
+  revision_ = stamp.revision;
+  return {};
+}
+
 Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
   const Stopwatch watch;
   OccupancyMap& map = builder.map();
-  const std::uint64_t revision = revision_ + 1;
-  const TimeNs time = builder.account().last_frame_time;
+  const Stamp stamp{revision_ + 1, builder.account().last_frame_time, map.voxel_m()};
   for (Tile* tile : map.changed_tiles()) {
     const auto [it, fresh] = published_.try_emplace(tile->key);
-    Published& old = it->second;
     if (fresh || tile->reclassified) {
       bt_.changed(tile->key);
-      Bytes voxels = encode_tile(*tile);
-      if (voxels.size() > v1::MAX_TILE_BYTES) return too_big();
-      const std::uint32_t crc = crc32c(voxels);
-      if (fresh || old.voxel_crc != crc) {
-        auto sent =
-            tiles_.write(tile_sample<v1::MapTile>(crane_, tile->key, identity_.map_id, revision,
-                                                  time, map.voxel_m(), std::move(voxels), crc));
-        if (!sent) return sent;
-        voxel_digest_ +=
-            tile_digest(tile->key, crc) - (fresh ? 0 : tile_digest(tile->key, old.voxel_crc));
-        old.voxel_crc = crc;
-        revision_ = revision;
-        ++published_tiles_;
-      }
+      if (auto sent = publish_voxels(*tile, stamp, it->second); !sent) return sent;
     }
     // Heights that moved go out at once; those only seen again, with a new age, once a second.
-    const TimeNs now = SystemClock().now();
-    const bool refresh = all || now - old.heights_time > kNsPerSecond;
+    const bool refresh = all || SystemClock().now() - it->second.heights_time > kNsPerSecond;
     if (!fresh && !tile->reclassified && !tile->moved && !refresh) continue;
-    old.heights_time = now;
-    Bytes heights = encode_heights(tile_heights(map, *tile, floor_tolerance_m(map.voxel_m())));
-    if (heights.size() > v1::MAX_HEIGHT_TILE_BYTES) return too_big();
-    const std::uint32_t crc = crc32c(heights);
-    if (fresh || old.height_crc != crc) {
-      auto sent =
-          heights_.write(tile_sample<v1::HeightTile>(crane_, tile->key, identity_.map_id, revision,
-                                                     time, map.voxel_m(), std::move(heights), crc));
-      if (!sent) return sent;
-      height_digest_ +=
-          tile_digest(tile->key, crc) - (fresh ? 0 : tile_digest(tile->key, old.height_crc));
-      old.height_crc = crc;
-      revision_ = revision;
-    }
+    if (auto sent = publish_heights(map, *tile, stamp, it->second); !sent) return sent;
     tile->changed = tile->reclassified = tile->moved = false;
   }
   stages.add("publish tiles", watch.ms());
+  return {};
+}
+
+Result<void> MapPublisher::send_again(MapBuilder& builder, const v1::TileRequest& request) {
+  if (request.map_id() != identity_.map_id) return {};
+  OccupancyMap& map = builder.map();
+  const Stamp stamp{revision_, builder.account().last_frame_time, map.voxel_m(), true};
+  for (auto& [key, published] : published_) {
+    const std::size_t bucket = BucketDigests::bucket_of(key);
+    const bool voxels = request.voxel_digests()[bucket] != voxel_digests_.buckets[bucket];
+    const bool heights = request.height_digests()[bucket] != height_digests_.buckets[bucket];
+    const Tile* tile = voxels || heights ? map.find(key) : nullptr;
+    if (tile == nullptr) continue;
+    if (voxels)
+      if (auto sent = publish_voxels(*tile, stamp, published); !sent) return sent;
+    if (heights && published.heights)
+      if (auto sent = publish_heights(map, *tile, stamp, published); !sent) return sent;
+    dropped.add("tiles sent again on request");
+  }
   return {};
 }
 
@@ -124,8 +183,7 @@ Result<void> MapPublisher::publish_octree(MapBuilder& builder) {
   return sent;
 }
 
-void MapPublisher::publish_status(const MapBuilder& builder, double voxel_m, std::uint32_t validity,
-                                  const std::string& reason) {
+void MapPublisher::publish_status(const MapBuilder& builder, const Health& health) {
   const FrameAccount& account = builder.account();
   v1::MapStatus s;
   s.crane(crane_);
@@ -135,20 +193,23 @@ void MapPublisher::publish_status(const MapBuilder& builder, double voxel_m, std
   s.mapper_start_ns(identity_.mapper_start);
   s.map_id(identity_.map_id);
   s.revision(revision_);
-  s.voxel_digest(voxel_digest_);
-  s.height_digest(height_digest_);
-  s.voxel_tiles(static_cast<std::uint32_t>(published_.size()));
-  s.height_tiles(static_cast<std::uint32_t>(published_.size()));
-  s.voxel_m(voxel_m);
-  s.validity(validity);
+  s.zones_revision(health.zones_revision);
+  s.voxel_digest(voxel_digests_.all);
+  s.height_digest(height_digests_.all);
+  s.voxel_tiles(voxel_tiles_);
+  s.height_tiles(height_tiles_);
+  s.voxel_m(builder.voxel_m());
+  s.validity(health.validity);
   s.paper_method(paper_method_ ? 1 : 0);
+  s.hoist(static_cast<std::uint32_t>(builder.hoist()));
+  s.forget_s(health.forget_s);
   s.stream(account.stream);
   s.last_frame(account.last_frame < 0 ? 0 : static_cast<std::uint64_t>(account.last_frame));
   s.last_frame_time_ns(account.last_frame_time);
   s.frames_integrated(account.integrated);
   s.frames_rejected(account.rejected);
   s.frames_missing(account.missing);
-  s.reason(reason.substr(0, 255).c_str());
+  s.reason(health.reason.substr(0, 255).c_str());
   if (auto sent = status_.write(s); !sent) dropped.add("map_status not accepted by DDS");
 }
 

@@ -2,10 +2,13 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <unordered_map>
 
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
 #include "map_codec/octree_stream.hpp"
+#include "map_codec/tile_codec.hpp"
 #include "mapper/map_builder.hpp"
 
 namespace crane {
@@ -26,11 +29,17 @@ class MapPublisher {
   /// Heights that only got a new age wait up to a second, unless `all` is set. Error: what DDS
   /// says.
   Result<void> publish_tiles(MapBuilder& builder, bool all);
+  /// Sends again what a subscriber lacks, by the digests of what it holds. Error: what DDS says.
+  Result<void> send_again(MapBuilder& builder, const v1::TileRequest& request);
   /// Whole octree, if the map changed since the last time.
   Result<void> publish_octree(MapBuilder& builder);
-  /// `validity`: v1::STATUS_*.
-  void publish_status(const MapBuilder& builder, double voxel_m, std::uint32_t validity,
-                      const std::string& reason);
+  struct Health {
+    std::uint32_t validity = 0;  ///< v1::STATUS_*
+    std::string reason;          ///< why not valid
+    std::uint64_t zones_revision = 0;
+    double forget_s = 0;
+  };
+  void publish_status(const MapBuilder& builder, const Health& health);
 
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   void restore_revision(std::uint64_t revision) { revision_ = revision; }
@@ -42,10 +51,22 @@ class MapPublisher {
   DropCounts dropped;
 
  private:
+  /// What the network has of a tile.
   struct Published {
-    std::uint32_t voxel_crc = 0, height_crc = 0;
-    TimeNs heights_time = 0;  ///< wall clock
+    std::map<int, std::uint32_t> bands;    ///< their checksums
+    std::optional<std::uint32_t> heights;  ///< its checksum
+    TimeNs heights_time = 0;               ///< wall clock
   };
+  /// One change of the map, as its samples are stamped.
+  struct Stamp {
+    std::uint64_t revision = 0;
+    TimeNs time = 0;
+    double voxel_m = 0;
+    bool again = false;  ///< what has not changed is sent, too
+  };
+  Result<void> publish_voxels(const Tile& tile, const Stamp& stamp, Published& published);
+  Result<void> publish_heights(const OccupancyMap& map, const Tile& tile, const Stamp& stamp,
+                               Published& published);
   MapPublisher(dds::Writer<dds::MapTileTopic> tiles, dds::Writer<dds::HeightTileTopic> heights,
                dds::Writer<dds::OctreeMapTopic> octree, dds::Writer<dds::MapStatusTopic> status)
       : tiles_(std::move(tiles)),
@@ -60,9 +81,10 @@ class MapPublisher {
   std::uint32_t crane_ = 0;
   Identity identity_;
   bool paper_method_ = false;
-  std::map<TileKey, Published> published_;
+  std::unordered_map<TileKey, Published, TileKeyHash> published_;
   BtWriter bt_;
-  std::uint64_t voxel_digest_ = 0, height_digest_ = 0;
+  BucketDigests voxel_digests_, height_digests_;
+  std::uint32_t voxel_tiles_ = 0, height_tiles_ = 0;
   std::uint64_t revision_ = 0, octree_revision_ = 0, status_sequence_ = 0, published_tiles_ = 0;
 };
 

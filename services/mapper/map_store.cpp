@@ -26,6 +26,19 @@ Result<void> make_folder(const std::string& folder) {
   return {};
 }
 
+/// Tiles first: the account promises no frame that they do not have.
+Result<void> write_state(const std::string& folder,
+                         const std::vector<std::pair<std::string, Bytes>>& tiles,
+                         const std::string& account) {
+  if (auto made = make_folder(folder); !made) return made;
+  for (const auto& [name, bytes] : tiles) {
+    const Bytes packed = pack_snapshot(bytes);
+    if (auto r = write_file(folder + "/" + name, packed.data(), packed.size()); !r) return r;
+  }
+  return write_file(folder + "/account.yaml", reinterpret_cast<const std::uint8_t*>(account.data()),
+                    account.size());
+}
+
 }  // namespace
 
 Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size) {
@@ -73,7 +86,7 @@ Result<MapStore::State> MapStore::load(MapBuilder& builder) {
   };
   double voxel = 0;
   y->number("voxel_m", voxel, 0, 10, true);
-  state.map_id = number("map_id");
+  const auto age = static_cast<TimeNs>(number("age_ns"));
   state.revision = number("revision");
   FrameAccount& a = state.account;
   a.stream = number("stream");
@@ -97,7 +110,8 @@ Result<MapStore::State> MapStore::load(MapBuilder& builder) {
       return Error{read.error().code, entry->path(), read.error().what,
                    "remove the folder " + folder_ + " and map anew"};
   }
-  builder.restore_account(a);
+  builder.restore(a, age);
+  state.found = true;
   return state;
 }
 
@@ -105,28 +119,38 @@ void MapStore::note_changes(MapBuilder& builder) {
   for (const Tile* tile : builder.map().changed_tiles()) unsaved_.insert(tile->key);
 }
 
+MapStore::~MapStore() {
+  if (saving_.valid()) saving_.wait();
+}
+
 Result<void> MapStore::save(MapBuilder& builder, const State& state) {
-  if (auto made = make_folder(folder_); !made) return made;
-  for (const TileKey key : unsaved_) {
-    const Tile* tile = builder.map().find(key);
-    if (tile == nullptr) continue;
-    const Bytes bytes = write_snapshot(*tile);
-    const std::string name =
-        folder_ + "/" + std::to_string(tile->key.x) + "_" + std::to_string(tile->key.y) + ".tile";
-    if (auto r = write_file(name, bytes.data(), bytes.size()); !r) return r;
+  if (saving_.valid()) {
+    if (saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
+    if (auto saved = saving_.get(); !saved) return saved;
   }
+  std::vector<std::pair<std::string, Bytes>> tiles;
+  for (const TileKey key : unsaved_)
+    if (const Tile* tile = builder.map().find(key))
+      tiles.emplace_back(std::to_string(key.x) + "_" + std::to_string(key.y) + ".tile",
+                         tile_bytes(*tile));
   unsaved_.clear();
   std::ostringstream s;
   s.precision(17);
   const FrameAccount& a = state.account;
-  s << "voxel_m: " << builder.voxel_m() << "\nmap_id: " << state.map_id
+  s << "voxel_m: " << builder.voxel_m() << "\nage_ns: " << builder.age()
     << "\nrevision: " << state.revision << "\nstream: " << a.stream
     << "\nlast_frame: " << a.last_frame + 1 << "  # plus one: 0 = none"
     << "\nlast_frame_time_ns: " << a.last_frame_time << "\nintegrated: " << a.integrated
     << "\nrejected: " << a.rejected << "\nmissing: " << a.missing << "\n";
-  const std::string text = s.str();
-  return write_file(folder_ + "/account.yaml", reinterpret_cast<const std::uint8_t*>(text.data()),
-                    text.size());
+  saving_ = std::async(std::launch::async,
+                       [folder = folder_, tiles = std::move(tiles), account = s.str()] {
+                         return write_state(folder, tiles, account);
+                       });
+  return {};
+}
+
+Result<void> MapStore::finish() {
+  return saving_.valid() ? saving_.get() : Result<void>{};
 }
 
 }  // namespace crane

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <future>
 #include <set>
 #include <string>
 
@@ -18,23 +19,30 @@ Result<void> save_map(MapBuilder& builder, const std::string& folder);
 class MapStore {
  public:
   struct State {
-    std::uint64_t map_id = 0, revision = 0;
+    bool found = false;
+    std::uint64_t revision = 0;
     FrameAccount account;
   };
 
   explicit MapStore(std::string folder) : folder_(std::move(folder)) {}
+  ~MapStore();
 
-  /// Reads what is there into the builder. Nothing there: map_id 0.
+  /// Reads what is there into the builder. Nothing there: not found.
   /// Error: BadData when it is damaged or was made with another voxel size.
   Result<State> load(MapBuilder& builder);
   /// Remembers which tiles have changed flags now, for the next save().
   void note_changes(MapBuilder& builder);
-  /// Tiles noted since the last save, then the account.
+  [[nodiscard]] bool unsaved() const { return !unsaved_.empty(); }
+  /// Tiles noted since the last save, then the account, by a thread of its own; nothing happens
+  /// while the last save is still at it. Error: what the last save met.
   Result<void> save(MapBuilder& builder, const State& state);
+  /// Waits for the last save. Error: what it met.
+  Result<void> finish();
 
  private:
   std::string folder_;
   std::set<TileKey> unsaved_;
+  std::future<Result<void>> saving_;
 };
 
 /// Writes beside the file and renames. Error: Resource.

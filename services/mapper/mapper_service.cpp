@@ -8,6 +8,7 @@
 #include "mapper/map_builder.hpp"
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
+#include "mapper/zone_book.hpp"
 #include "recording/calibration.hpp"
 #include "service/run_service.hpp"
 
@@ -45,7 +46,9 @@ std::uint64_t random_id() {
 class Service {
  public:
   Service(ServiceContext& context, const Options& options, const StereoRig& rig)
-      : context_(context), options_(options), builder_(context.config.mapper, rig) {}
+      : context_(context),
+        options_(options),
+        builder_(context.config.mapper, rig, context.config.hoist) {}
 
   Result<void> run() {
     auto clouds = dds::Reader<dds::PartialCloudTopic>::create(context_.participant, &wakeup_);
@@ -56,17 +59,29 @@ class Service {
     auto others = dds::Reader<dds::MapStatusTopic>::create(context_.participant, &wakeup_);
     if (!others) return others.error();
 
+    auto hoist = dds::Reader<dds::HoistStateTopic>::create(context_.participant, &wakeup_);
+    if (!hoist) return hoist.error();
+    auto requests = dds::Reader<dds::TileRequestTopic>::create(context_.participant, &wakeup_);
+    if (!requests) return requests.error();
+    auto commands = dds::Reader<dds::ZoneCommandTopic>::create(context_.participant, &wakeup_);
+    if (!commands) return commands.error();
+    auto zone_sets = dds::Writer<dds::ZoneSetTopic>::create(context_.participant);
+    if (!zone_sets) return zone_sets.error();
+    auto zones = ZoneBook::open(context_.config.zones, options_.state);
+    if (!zones) return zones.error();
+
     MapStore store(options_.state);
     MapStore::State state;
     if (!options_.state.empty()) {
       auto loaded = store.load(builder_);
       if (!loaded) return loaded.error();
       state = *loaded;
-      if (state.map_id != 0)
+      if (state.found)
         log_info("goes on with saved map: revision " + std::to_string(state.revision) + ", frame " +
                  std::to_string(state.account.last_frame));
     }
-    identity_ = {random_id(), state.map_id != 0 ? state.map_id : random_id(), SystemClock().now()};
+    // What subscribers hold of an earlier life is void: a new map, even where its content goes on.
+    identity_ = {random_id(), random_id(), SystemClock().now()};
 
     // A heartbeat of another mapper comes within 0.2 s once both know each other.
     for (const Stopwatch watch; watch.ms() < 700 && !context_.stopping();) {
@@ -78,8 +93,9 @@ class Service {
                              context_.config.mapper.method == MapperConfig::Method::kPaper);
     if (!publisher) return publisher.error();
     publisher->restore_revision(state.revision);
-    log_info("serving crane " + std::to_string(context_.participant->settings().crane) +
-             ", voxel " + std::to_string(builder_.voxel_m()) + " m");
+    if (auto sent = zone_sets->write(zones->set(crane(), identity_.map_id)); !sent) return sent;
+    log_info("serving crane " + std::to_string(crane()) + ", voxel " +
+             std::to_string(builder_.voxel_m()) + " m");
 
     const MapperConfig& config = context_.config.mapper;
     Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz);
@@ -87,8 +103,14 @@ class Service {
       wakeup_.wait_for(20ms);
       if (auto alone = check_alone(*others); !alone) return alone;
       take_positions(*positions);
+      take_hoist(*hoist);
+      if (auto done = take_commands(*commands, *zones, *zone_sets); !done) return done;
+      while (const auto request = requests->take())
+        if (auto done = publisher->send_again(builder_, **request); !done) return done;
+      zones_revision_ = zones->revision();
       bool accounted = take_clouds(*clouds);
       if (accounted ? tiles.due() : rest.due()) {
+        builder_.rest(SystemClock().now());
         if (auto done = hand_on(*publisher, store, false); !done) return done;
         if (accounted)
           builder_.stages.add(
@@ -100,6 +122,9 @@ class Service {
       if (heartbeat.due() || accounted) beat(*publisher);
       cloud_counts_ = clouds->counts();
       position_counts_ = positions->counts();
+      hoist_counts_ = hoist->counts();
+      request_counts_ = requests->counts();
+      command_counts_ = commands->counts();
       report(*publisher);
       context_.status.tick();
     }
@@ -107,11 +132,12 @@ class Service {
   }
 
  private:
+  [[nodiscard]] std::uint32_t crane() const { return context_.participant->settings().crane; }
+
   Result<void> check_alone(dds::Reader<dds::MapStatusTopic>& others) {
     while (const auto other = others.take()) {
       const v1::MapStatus& s = **other;
-      if (s.mapper() == identity_.mapper || s.crane() != context_.participant->settings().crane)
-        continue;
+      if (s.mapper() == identity_.mapper || s.crane() != crane()) continue;
       const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
       if (alive && s.mapper_start_ns() < identity_.mapper_start)
         return Error{
@@ -131,6 +157,38 @@ class Service {
       else
         builder_.add_failed_position(axis);
     }
+  }
+
+  void take_hoist(dds::Reader<dds::HoistStateTopic>& hoist) {
+    while (const auto sample = hoist.take()) {
+      const v1::HoistState& h = **sample;
+      if (h.status() == v1::STATUS_FAILED) {
+        builder_.add_failed_hoist();
+        continue;
+      }
+      HoistReading r;
+      r.time = h.time_ns();
+      r.hook_height_m = h.hook_height_m();
+      r.sling_m = h.sling_m();
+      r.load_size_m = {h.load_size_x_m(), h.load_size_y_m(), h.load_size_z_m()};
+      r.load_yaw_rad = h.load_yaw_rad();
+      r.sway_m = {h.sway_x_m(), h.sway_y_m()};
+      builder_.add_hoist(r);
+    }
+  }
+
+  Result<void> take_commands(dds::Reader<dds::ZoneCommandTopic>& commands, ZoneBook& zones,
+                             dds::Writer<dds::ZoneSetTopic>& sets) {
+    while (const auto command = commands.take()) {
+      const std::uint64_t before = zones.revision();
+      if (auto done = zones.apply(**command); !done) {
+        log_warning(done.error().text());
+        builder_.dropped.add("zone_command refused or not saved");
+      }
+      if (zones.revision() == before) continue;
+      if (auto sent = sets.write(zones.set(crane(), identity_.map_id)); !sent) return sent;
+    }
+    return {};
   }
 
   bool take_clouds(dds::Reader<dds::PartialCloudTopic>& clouds) {
@@ -182,17 +240,23 @@ class Service {
     const bool idle = SystemClock().now() - builder_.last_arrival() > kNsPerSecond / 2;
     if (builder_.needs_rebuild() && (last || idle))
       if (auto made = builder_.rebuild(); !made) return made;
-    if (builder_.map().changed_tiles().empty()) return {};
     store.note_changes(builder_);
-    if (!options_.state.empty() && save_state_.due()) {
-      const Stopwatch watch;
-      if (auto saved = store.save(builder_,
-                                  {identity_.map_id, publisher.revision() + 1, builder_.account()});
-          !saved)
-        return saved;
-      builder_.stages.add("save state", watch.ms());
-    }
+    if (auto saved = keep(publisher, store, last); !saved) return saved;
+    if (builder_.map().changed_tiles().empty()) return {};
     return publisher.publish_tiles(builder_, last);
+  }
+
+  /// The map on disk, where asked for.
+  Result<void> keep(const MapPublisher& publisher, MapStore& store, bool last) {
+    if (options_.state.empty() || !store.unsaved()) return {};
+    if (!last && !save_state_.due()) return {};
+    const Stopwatch watch;
+    if (last)
+      if (auto done = store.finish(); !done) return done;
+    auto saved = store.save(builder_, {true, publisher.revision() + 1, builder_.account()});
+    if (!saved) return saved;
+    builder_.stages.add("save state", watch.ms());
+    return last ? store.finish() : saved;
   }
 
   void beat(MapPublisher& publisher) {
@@ -210,7 +274,12 @@ class Service {
       validity = v1::STATUS_DEGRADED;
       reason = "paper: the map is made anew when no cloud waits";
     }
-    publisher.publish_status(builder_, builder_.voxel_m(), validity, reason);
+    if (validity == v1::STATUS_OK && builder_.hoist() == HoistKnown::kLost) {
+      validity = v1::STATUS_DEGRADED;
+      reason = "no hoist_state: what hangs below the trolley is not known";
+    }
+    publisher.publish_status(builder_,
+                             {validity, reason, zones_revision_, context_.config.mapper.forget_s});
   }
 
   void report(const MapPublisher& publisher) {
@@ -222,6 +291,9 @@ class Service {
     for (const auto& [cause, count] : publisher.dropped.counts()) s.dropped.add(cause, count);
     add_reader_drops(s.dropped, "cloud", cloud_counts_);
     add_reader_drops(s.dropped, "position", position_counts_);
+    add_reader_drops(s.dropped, "hoist_state", hoist_counts_);
+    add_reader_drops(s.dropped, "tile_request", request_counts_);
+    add_reader_drops(s.dropped, "zone_command", command_counts_);
   }
 
   Result<void> finish(MapPublisher& publisher, MapStore& store) {
@@ -243,8 +315,10 @@ class Service {
   MapBuilder builder_;
   MapPublisher::Identity identity_;
   Wakeup wakeup_;
-  dds::ReaderCounts cloud_counts_, position_counts_;
-  Every save_state_{0.5};  ///< what is younger is sent again, or lost in real time, after kill -9
+  dds::ReaderCounts cloud_counts_, position_counts_, hoist_counts_, request_counts_,
+      command_counts_;
+  std::uint64_t zones_revision_ = 0;
+  Every save_state_{2};  ///< what is younger is sent again, or lost in real time, after kill -9
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/swept_area.hpp"
+#include "client/zone_check.hpp"
 
 namespace crane::client {
 namespace {
@@ -56,6 +57,8 @@ class BlockedLevels {
       sum.blocked[std::size_t(w)] |= ~all_free;
     }
   }
+  /// No voxel of an interval may be used: a zone.
+  void forbid(const Levels& levels) { forbidden_.push_back(levels); }
   /// Lowest voxel from which `count` are free in all columns, with nothing occupied above it.
   [[nodiscard]] std::optional<int> lowest_free(int count) const {
     if (nothing_known_ || sums_.empty()) return std::nullopt;
@@ -72,7 +75,9 @@ class BlockedLevels {
       const bool blocked = std::any_of(sums_.begin(), sums_.end(), [z](const auto& s) {
         return bit(s.second.blocked, z - s.first.first);
       });
-      run = blocked ? 0 : run + 1;
+      const bool forbidden = std::any_of(forbidden_.begin(), forbidden_.end(),
+                                         [z](const auto& f) { return f.low <= z && z <= f.high; });
+      run = blocked || forbidden ? 0 : run + 1;
       if (run == count) return z - count + 1;
     }
     return std::nullopt;
@@ -87,6 +92,7 @@ class BlockedLevels {
     return (bits[std::size_t(at / 64)] >> (at % 64) & 1U) != 0;
   }
   std::map<std::pair<int, int>, Sum> sums_;  ///< by first level and words
+  std::vector<Levels> forbidden_;
   bool nothing_known_ = false;
 };
 
@@ -147,12 +153,14 @@ class TileRow {
   std::vector<std::optional<Pair>> tiles_;
 };
 
-/// The safe height where things of which nothing is known lie above others: level by level.
+/// The safe height where things of which nothing is known lie above others, or zones are met: level
+/// by level.
 std::optional<int> lowest_free(const std::vector<SweptPiece>& pieces, double voxel, TileRow& tiles,
-                               int count) {
+                               const std::vector<Levels>& zones, int count) {
   BlockedLevels levels;
+  for (const Levels& zone : zones) levels.forbid(zone);
   for (const SweptPiece& piece : pieces)
-    for (const SweptRow& row : rows_of(piece.hull, voxel))
+    for (const PolygonRow& row : rows_of(piece.hull, voxel))
       for (int x = row.first; x <= row.last; x += kTileEdge - in_tile(x))
         levels.add(tiles.at(tile_of(x), tile_of(row.row)).voxels,
                    in_tile(row.row) * kTileEdge + in_tile(x),
@@ -246,11 +254,12 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
   bool never_seen = false;
   bool stale_anywhere = false;
   std::uint64_t unknown = 0;
+  std::vector<Levels> no_go;
   for (const SweptPiece& piece : pieces) {
     const Levels levels = levels_of(piece.low_m, piece.high_m);
     double first_along = std::numeric_limits<double>::max();
     const bool decided = out.verdict == Verdict::kBlocked;
-    for (const SweptRow& row : rows_of(piece.hull, voxel)) {
+    for (const PolygonRow& row : rows_of(piece.hull, voxel)) {
       const ColumnTile* tile = nullptr;
       const TileHeights* heights = nullptr;
       for (int x = row.first; x <= row.last; ++x) {
@@ -266,7 +275,7 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
         highest.add(tile, column);
         Levels needed = levels;
         // Heights are finer than voxels: a surface that ends below is not in the way.
-        if (surface != nullptr && surface->state != ColumnState::kUnknown &&
+        if (surface != nullptr && is_known(surface->state) &&
             surface->height_m + surface->spread_m <= piece.low_m &&
             static_cast<int>(std::floor(surface->height_m / voxel)) == levels.low)
           ++needed.low;
@@ -288,13 +297,36 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
         if (out.verdict == Verdict::kBlocked && along >= first_along) continue;
         first_along = along;
         out.verdict = Verdict::kBlocked;
-        out.reason = answer.occupied  ? Reason::kObstacle
-                     : answer.unknown ? Reason::kUnknown
-                                      : Reason::kStale;
+        const bool forgotten = surface != nullptr && surface->state == ColumnState::kStale;
+        out.reason = answer.occupied                ? Reason::kObstacle
+                     : answer.unknown && !forgotten ? Reason::kUnknown
+                                                    : Reason::kStale;
         out.first_x_m = px;
         out.first_y_m = py;
         out.first_z_m = (answer.lowest + 0.5) * voxel;
       }
+    }
+    if (map.zones == nullptr) continue;
+    for (const Zone& zone : *map.zones) {
+      if (!zone.active) continue;
+      const std::optional<ZoneMeeting> met = meet(piece, zone);
+      if (!met) continue;
+      if (zone.kind == Zone::Kind::kNoGo) no_go.push_back(levels_of(zone.z_min_m, zone.z_max_m));
+      if (!same_heights(piece, zone)) continue;
+      if (zone.kind == Zone::Kind::kSlowDown) {
+        if (!out.slow_down && out.zone == 0) out.zone = zone.id;
+        out.slow_down = true;
+        continue;
+      }
+      if (decided || (out.verdict == Verdict::kBlocked && met->along >= first_along)) continue;
+      first_along = met->along;
+      out.verdict = Verdict::kBlocked;
+      out.reason = Reason::kZone;
+      out.zone = zone.id;
+      out.first_x_m = met->x_m;
+      out.first_y_m = met->y_m;
+      out.first_z_m = std::max(piece.low_m, zone.z_min_m);
+      out.text = zone.name;
     }
   }
   if (out.verdict != Verdict::kBlocked) out.verdict = Verdict::kClear;
@@ -305,16 +337,20 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
   // From the safe height up, margin below and box, hook and margin above must be free.
   const double needed_m = query.load.size_z_m + query.load.above_m + 2 * query.margins.vertical_m;
   const int count = static_cast<int>(std::ceil(needed_m / voxel)) + 1;
-  const std::optional<int> lowest =
-      highest.easy(count) ? highest.lowest_free() : lowest_free(pieces, voxel, tiles, count);
+  const std::optional<int> lowest = highest.easy(count) && no_go.empty()
+                                        ? highest.lowest_free()
+                                        : lowest_free(pieces, voxel, tiles, no_go, count);
   const bool any_age = query.max_age_s <= 0 || (!stale_anywhere && !never_seen);
   out.safe_height_m = lowest && any_age ? *lowest * voxel + query.margins.vertical_m
                                         : std::numeric_limits<double>::quiet_NaN();
   if (out.verdict == Verdict::kBlocked) {
-    char text[160];
+    char text[240];
+    const std::string zone =
+        "no-go zone " + std::to_string(out.zone) + (out.text.empty() ? "" : " '" + out.text + "'");
     const char* what = out.reason == Reason::kObstacle  ? "an obstacle"
                        : out.reason == Reason::kUnknown ? "space never seen, so not free"
-                                                        : "space not seen for too long";
+                       : out.reason == Reason::kStale   ? "space not seen for too long"
+                                                        : zone.c_str();
     std::snprintf(text, sizeof text, "%s at x %.2f, y %.2f, z %.2f m", what, out.first_x_m,
                   out.first_y_m, out.first_z_m);
     out.text = text;

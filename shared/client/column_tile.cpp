@@ -2,16 +2,16 @@
 
 namespace crane::client {
 
-ColumnTile columns_of(const DecodedTile& tile) {
+ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
   ColumnTile out;
-  if (tile.blocks.empty()) return out;
-  const int low = tile.blocks.begin()->first;
-  const int high = tile.blocks.rbegin()->first;
+  if (blocks.empty()) return out;
+  const int low = blocks.begin()->first;
+  const int high = blocks.rbegin()->first;
   out.z0 = low * kTileEdge;
   out.words = ((high - low + 1) * kTileEdge + 63) / 64;
   out.free.assign(static_cast<std::size_t>(kTileColumns * out.words), 0);
   out.occupied.assign(out.free.size(), 0);
-  for (const auto& [bz, classes] : tile.blocks)
+  for (const auto& [bz, classes] : blocks)
     for (int z = 0; z < kTileEdge; ++z) {
       const int at = bz * kTileEdge + z - out.z0;
       const std::uint64_t bit = std::uint64_t{1} << (at % 64);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "map_codec/tile_codec.hpp"
@@ -32,6 +33,7 @@ struct ColumnTile {
   }
 };
 
-ColumnTile columns_of(const DecodedTile& tile);
+/// `blocks`: by block height index.
+ColumnTile columns_of(const std::map<int, BlockClasses>& blocks);
 
 }  // namespace crane::client

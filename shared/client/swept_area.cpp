@@ -2,33 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crane::client {
 namespace {
-
-double cross(const Corner& o, const Corner& a, const Corner& b) {
-  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-}
-
-/// Andrew's monotone chain.
-std::vector<Corner> convex_hull(std::vector<Corner> points) {
-  std::sort(points.begin(), points.end(), [](const Corner& a, const Corner& b) {
-    return a.x < b.x || (a.x == b.x && a.y < b.y);
-  });
-  std::vector<Corner> hull;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t start = hull.size();
-    for (const Corner& p : points) {
-      while (hull.size() >= start + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0)
-        hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
-}
 
 void add_corners(const Pose& p, double half_x, double half_y, std::vector<Corner>& out) {
   const double c = std::cos(p.yaw_rad);
@@ -94,43 +70,6 @@ std::vector<SweptPiece> sweep(const ClearanceQuery& query, double step_m) {
     sweep_leg(query, path[i + 1], beyond, step_m, out);
   }
   return out;
-}
-
-std::vector<SweptRow> rows_of(const std::vector<Corner>& hull, double cell_m) {
-  double low = std::numeric_limits<double>::max();
-  double high = -low;
-  for (const Corner& c : hull) low = std::min(low, c.y), high = std::max(high, c.y);
-  const auto cell = [cell_m](double v) { return static_cast<int>(std::floor(v / cell_m)); };
-  const int first = cell(low);
-  const int last = cell(high);
-  // Extent in x of the part of the polygon within each row: of its corners there, and of where its
-  // edges cross the borders of the row.
-  std::vector<Corner> extent(
-      static_cast<std::size_t>(last - first + 1),
-      {std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()});
-  const auto see = [&](int row, double x) {
-    Corner& e = extent[static_cast<std::size_t>(std::clamp(row, first, last) - first)];
-    e.x = std::min(e.x, x);
-    e.y = std::max(e.y, x);
-  };
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Corner& a = hull[i];
-    const Corner& b = hull[(i + 1) % hull.size()];
-    see(cell(a.y), a.x);
-    const int r0 = cell(std::min(a.y, b.y));
-    const int r1 = cell(std::max(a.y, b.y));
-    for (int border = r0 + 1; border <= r1; ++border) {  // between rows border - 1 and border
-      const double x = a.x + (border * cell_m - a.y) / (b.y - a.y) * (b.x - a.x);
-      see(border - 1, x);
-      see(border, x);
-    }
-  }
-  std::vector<SweptRow> rows;
-  for (int row = first; row <= last; ++row) {
-    const Corner& e = extent[static_cast<std::size_t>(row - first)];
-    if (e.x <= e.y) rows.push_back({row, cell(e.x), cell(e.y)});
-  }
-  return rows;
 }
 
 }  // namespace crane::client

@@ -3,12 +3,9 @@
 #include <vector>
 
 #include "crane/client/clearance.hpp"
+#include "geometry/convex_polygon.hpp"
 
 namespace crane::client {
-
-struct Corner {
-  double x = 0, y = 0;
-};
 
 /// A stretch of the path over which the load, with its margins, stays within a convex polygon and
 /// an interval of heights.
@@ -22,12 +19,5 @@ struct SweptPiece {
 /// Legs that climb or turn are cut, so that the pieces hold hardly more than is swept: by `step_m`
 /// sideways and two of them in height.
 std::vector<SweptPiece> sweep(const ClearanceQuery& query, double step_m);
-
-/// Cells of one row that a polygon touches: columns first .. last.
-struct SweptRow {
-  int row = 0, first = 0, last = -1;
-};
-/// Rows of cells of edge `cell_m` that a convex polygon touches.
-std::vector<SweptRow> rows_of(const std::vector<Corner>& hull, double cell_m);
 
 }  // namespace crane::client

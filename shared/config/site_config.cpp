@@ -68,11 +68,60 @@ void read_mapper(YamlReader y, MapperConfig& c) {
   y.number("publish_hz", c.publish_hz, 0.1, 20);
   y.number("octree_hz", c.octree_hz, 0.01, 5);
   y.integer("stale_ms", c.stale_ms, 100, 600'000);
+  y.number("forget_s", c.forget_s, 0, 1e7);
+  if (c.forget_s > 0 && c.forget_s < 1) y.problem("forget_s", "must be 0 (never) or at least 1");
   y.integer("max_memory_mib", c.max_memory_mib, 64, 1'000'000);
   y.integer("outlier_neighbours", c.outlier_neighbours, 2, 1000);
   y.number("outlier_std", c.outlier_std, 0.01, 100);
   y.number("leaf_m", c.leaf_m, 0.001, 1);
   y.flag("outliers_first", c.outliers_first);
+}
+
+void read_hoist(YamlReader y, HoistConfig& c) {
+  y.flag("enabled", c.enabled);
+  y.number("offset_x_m", c.offset_x_m, -100, 100);
+  y.number("offset_y_m", c.offset_y_m, -100, 100);
+  y.number("rope_top_m", c.rope_top_m, 0, 200);
+  y.number("rope_radius_m", c.rope_radius_m, 0, 5);
+  y.number("hook_x_m", c.hook_x_m, 0.01, 10);
+  y.number("hook_y_m", c.hook_y_m, 0.01, 10);
+  y.number("hook_z_m", c.hook_z_m, 0.01, 10);
+  y.number("margin_m", c.margin_m, 0, 5);
+  y.number("sway_m", c.sway_m, 0, 10);
+  y.number("largest_load_m", c.largest_load_m, 0, 50);
+  y.number("accuracy_m", c.accuracy_m, 0, 2);
+  y.integer("max_gap_ms", c.max_gap_ms, 50, 10'000);
+}
+
+std::vector<ZoneConfig> read_zones(YamlReader& file) {
+  std::vector<ZoneConfig> zones;
+  for (YamlReader& y : file.items("zones")) {
+    ZoneConfig z;
+    int kind = 0;
+    y.integer("id", z.id, 1, 1'000'000, true);
+    y.text("name", z.name);
+    y.choice("kind", {"no-go", "slow-down"}, kind);
+    z.slow_down = kind == 1;
+    y.flag("active", z.active);
+    y.flag("switchable", z.switchable);
+    y.number("z_min_m", z.z_min_m, -100, 1000);
+    y.number("z_max_m", z.z_max_m, -100, 1000);
+    for (YamlReader& corner : y.items("corners")) {
+      ZoneConfig::Corner c;
+      corner.number("x", c.x_m, -9e4, 9e4, true);
+      corner.number("y", c.y_m, -9e4, 9e4, true);
+      z.corners.push_back(c);
+    }
+    if (z.corners.size() < 3 || z.corners.size() > 32)
+      y.problem("corners", "must be 3 to 32 of {x: .., y: ..}");
+    if (z.z_min_m >= z.z_max_m) y.problem("z_min_m", "must be less than z_max_m");
+    if (z.name.size() > 63) y.problem("name", "has more than 63 characters");
+    for (const ZoneConfig& other : zones)
+      if (other.id == z.id) y.problem("id", "is that of another zone too");
+    zones.push_back(z);
+  }
+  if (zones.size() > 64) file.problem("zones", "are more than 64");
+  return zones;
 }
 
 Result<SiteConfig> read(Result<YamlReader> file) {
@@ -82,6 +131,8 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   read_dds(file->section("dds"), config.dds);
   read_stereo(file->section("stereo"), config.stereo);
   read_mapper(file->section("mapper"), config.mapper);
+  read_hoist(file->section("hoist"), config.hoist);
+  config.zones = read_zones(*file);
   if (auto done = file->finish(); !done) return done.error();
   return config;
 }
@@ -160,11 +211,38 @@ std::string to_yaml(const SiteConfig& c) {
     << "  publish_hz: " << exact(c.mapper.publish_hz) << "\n"
     << "  octree_hz: " << exact(c.mapper.octree_hz) << "\n"
     << "  stale_ms: " << c.mapper.stale_ms << "\n"
+    << "  forget_s: " << exact(c.mapper.forget_s) << "\n"
     << "  max_memory_mib: " << c.mapper.max_memory_mib << "\n"
     << "  outlier_neighbours: " << c.mapper.outlier_neighbours << "\n"
     << "  outlier_std: " << exact(c.mapper.outlier_std) << "\n"
     << "  leaf_m: " << exact(c.mapper.leaf_m) << "\n"
-    << "  outliers_first: " << (c.mapper.outliers_first ? "true" : "false") << "\n";
+    << "  outliers_first: " << (c.mapper.outliers_first ? "true" : "false") << "\n"
+    << "hoist:\n"
+    << "  enabled: " << (c.hoist.enabled ? "true" : "false") << "\n"
+    << "  offset_x_m: " << exact(c.hoist.offset_x_m) << "\n"
+    << "  offset_y_m: " << exact(c.hoist.offset_y_m) << "\n"
+    << "  rope_top_m: " << exact(c.hoist.rope_top_m) << "\n"
+    << "  rope_radius_m: " << exact(c.hoist.rope_radius_m) << "\n"
+    << "  hook_x_m: " << exact(c.hoist.hook_x_m) << "\n"
+    << "  hook_y_m: " << exact(c.hoist.hook_y_m) << "\n"
+    << "  hook_z_m: " << exact(c.hoist.hook_z_m) << "\n"
+    << "  margin_m: " << exact(c.hoist.margin_m) << "\n"
+    << "  sway_m: " << exact(c.hoist.sway_m) << "\n"
+    << "  largest_load_m: " << exact(c.hoist.largest_load_m) << "\n"
+    << "  accuracy_m: " << exact(c.hoist.accuracy_m) << "\n"
+    << "  max_gap_ms: " << c.hoist.max_gap_ms << "\n";
+  if (!c.zones.empty()) s << "zones:\n";
+  for (const ZoneConfig& z : c.zones) {
+    s << "  - {id: " << z.id << ", name: " << quoted(z.name)
+      << ", kind: " << (z.slow_down ? "slow-down" : "no-go")
+      << ", active: " << (z.active ? "true" : "false")
+      << ", switchable: " << (z.switchable ? "true" : "false") << ", z_min_m: " << exact(z.z_min_m)
+      << ", z_max_m: " << exact(z.z_max_m) << ", corners: [";
+    for (std::size_t i = 0; i < z.corners.size(); ++i)
+      s << (i > 0 ? ", " : "") << "{x: " << exact(z.corners[i].x_m)
+        << ", y: " << exact(z.corners[i].y_m) << "}";
+    s << "]}\n";
+  }
   return s.str();
 }
 

@@ -48,6 +48,7 @@ struct MapperConfig {
   double publish_hz = 20;                                   ///< changed tiles
   double octree_hz = 1;                                     ///< whole octree, when changed
   int stale_ms = 2000;        ///< no cloud for longer: the map says so
+  double forget_s = 3600;     ///< what is not seen again for so long is unknown; 0 = never
   int max_memory_mib = 4096;  ///< of the map
   // method: paper
   int outlier_neighbours = 50;  ///< 50 or 60 in the paper
@@ -56,11 +57,40 @@ struct MapperConfig {
   bool outliers_first = false;  ///< filter order; grid first is the paper's speed
 };
 
+/// Hook, rope and load, which topic hoist_state places: cut out of what the camera adds.
+struct HoistConfig {
+  bool enabled = false;  ///< true: without hoist_state nothing below the trolley is mapped
+  double offset_x_m = 0, offset_y_m = 0;  ///< hook at rest minus (cart, trolley), map
+  double rope_top_m = 0;                  ///< upper end of the rope; 0 = the camera's height
+  double rope_radius_m = 0.1;             ///< of all falls together
+  double hook_x_m = 0.4, hook_y_m = 0.4, hook_z_m = 0.5;  ///< hook block
+  double margin_m = 0.15;                                 ///< around everything
+  double sway_m = 0.1;                                    ///< that the controller does not know of
+  double largest_load_m = 3;  ///< side of the largest load: cut out while nothing is known
+  double accuracy_m = 0.05;   ///< of heights and sizes: so much less is proven free
+  int max_gap_ms = 300;       ///< no hoist_state for longer: lost
+};
+
+/// A no-go or slow-down zone, fixed or switchable by topic zone_command.
+struct ZoneConfig {
+  struct Corner {
+    double x_m = 0, y_m = 0;
+  };
+  int id = 0;  ///< 1 ..
+  std::string name;
+  bool slow_down = false;  ///< kind: no-go | slow-down
+  bool active = true, switchable = false;
+  double z_min_m = -100, z_max_m = 1000;
+  std::vector<Corner> corners;  ///< 3 .. 32
+};
+
 struct SiteConfig {
   int crane = 1;
   DdsConfig dds;
   StereoConfig stereo;
   MapperConfig mapper;
+  HoistConfig hoist;
+  std::vector<ZoneConfig> zones;  ///< at most 64
 };
 
 /// Error: Configuration with every problem of the file, each with its line.

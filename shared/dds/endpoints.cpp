@@ -27,6 +27,9 @@
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
 #include "stereo_framePubSubTypes.h"
+#include "tile_requestPubSubTypes.h"
+#include "zone_commandPubSubTypes.h"
+#include "zone_setPubSubTypes.h"
 
 namespace crane::dds {
 namespace {
@@ -51,6 +54,9 @@ CRANE_SUPPORT(MapTile);
 CRANE_SUPPORT(HeightTile);
 CRANE_SUPPORT(OctreeMap);
 CRANE_SUPPORT(MapStatus);
+CRANE_SUPPORT(TileRequest);
+CRANE_SUPPORT(ZoneSet);
+CRANE_SUPPORT(ZoneCommand);
 CRANE_SUPPORT(ClearanceRequest);
 CRANE_SUPPORT(ClearanceReply);
 CRANE_SUPPORT(ServiceStatus);
@@ -135,6 +141,19 @@ bool Received<Type>::intact() const {
 }
 
 template <class Type>
+bool Received<Type>::disposed() const {
+  return !state_->infos[0].valid_data;
+}
+
+template <class Type>
+InstanceKey Received<Type>::key() const {
+  InstanceKey key;
+  const auto& handle = state_->infos[0].instance_handle;
+  for (std::size_t i = 0; i < key.size(); ++i) key[i] = handle.value[i];
+  return key;
+}
+
+template <class Type>
 TimeNs Received<Type>::source_time_ns() const {
   return state_->infos[0].source_timestamp.to_ns();
 }
@@ -204,7 +223,12 @@ std::unique_ptr<Received<typename Topic::Type>> Reader<Topic>::take() {
     state->reader = impl_->reader;
     if (impl_->reader->take(state->samples, state->infos, 1) != ReturnCode::RETCODE_OK)
       return nullptr;
-    if (!state->infos[0].valid_data) continue;
+    if (!state->infos[0].valid_data) {
+      if (Topic::kQos.disposes &&
+          state->infos[0].instance_state == fdds::NOT_ALIVE_DISPOSED_INSTANCE_STATE)
+        return std::make_unique<Received<Type>>(std::move(state));
+      continue;
+    }
     if (const char* what = flaw(std::as_const(state->samples)[0]); what != nullptr) {
       if (++impl_->invalid == 1 || impl_->invalid % 1000 == 0)
         log_warning(std::string(Topic::kName) + ": sample refused: " + what + " (" +
@@ -286,6 +310,13 @@ Result<void> Writer<Topic>::write(const Type& sample) {
 }
 
 template <class Topic>
+Result<void> Writer<Topic>::dispose(const Type& sample) {
+  const auto done = impl_->writer->dispose(const_cast<Type*>(&sample), rtps::InstanceHandle_t());
+  if (done == ReturnCode::RETCODE_OK) return {};
+  return Error{ErrorCode::kResource, Topic::kName, "an instance could not be ended", ""};
+}
+
+template <class Topic>
 typename Topic::Type* Writer<Topic>::loan() {
   void* memory = nullptr;
   if (impl_->writer->loan_sample(memory) != ReturnCode::RETCODE_OK) return nullptr;
@@ -329,6 +360,9 @@ CRANE_ENDPOINTS(MapTileTopic);
 CRANE_ENDPOINTS(HeightTileTopic);
 CRANE_ENDPOINTS(OctreeMapTopic);
 CRANE_ENDPOINTS(MapStatusTopic);
+CRANE_ENDPOINTS(TileRequestTopic);
+CRANE_ENDPOINTS(ZoneSetTopic);
+CRANE_ENDPOINTS(ZoneCommandTopic);
 CRANE_ENDPOINTS(ClearanceRequestTopic);
 CRANE_ENDPOINTS(ClearanceReplyTopic);
 CRANE_ENDPOINTS(ServiceStatusTopic);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -12,6 +13,10 @@
 
 namespace crane::dds {
 
+/// The key fields of an instance as DDS puts them on the network: big-endian, aligned, zeros
+/// behind.
+using InstanceKey = std::array<std::uint8_t, 16>;
+
 /// A received, validated sample, possibly still in the writer's memory. Given back when destroyed.
 /// Use it at once and give it back within 100 ms: that long a writer waits before it ends.
 template <class Type>
@@ -23,6 +28,9 @@ class Received {
   Received(Received&&) noexcept;
   Received& operator=(Received&&) noexcept;
 
+  /// Of topics whose QosSpec says so: the instance key() has ended, and there is no sample.
+  [[nodiscard]] bool disposed() const;
+  [[nodiscard]] InstanceKey key() const;
   const Type& operator*() const;
   const Type* operator->() const { return &**this; }
   /// False when the writer has meanwhile written over a zero-copy sample. Ask *after* use, and
@@ -78,6 +86,8 @@ class Writer {
 
   /// Copies the sample into the history. Error: Resource when Fast DDS refuses it.
   Result<void> write(const Type& sample);
+  /// Ends the instance that the sample's key fields name. Error: Resource.
+  Result<void> dispose(const Type& sample);
   /// Memory of the history to fill in place; nullptr while all of it is lent out. For zero-copy
   /// topics. Hand it to publish() or discard().
   Type* loan();

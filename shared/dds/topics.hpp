@@ -15,6 +15,9 @@
 #include "rangefinder_position.h"
 #include "service_status.h"
 #include "stereo_frame.h"
+#include "tile_request.h"
+#include "zone_command.h"
+#include "zone_set.h"
 
 namespace crane::dds {
 
@@ -30,6 +33,7 @@ struct QosSpec {
   int liveliness_ms = 0;   ///< automatic liveliness lease; 0 = infinite
   bool zero_copy = false;  ///< data-sharing with loans between processes of one host
   bool big = false;        ///< payload memory is taken when needed, not in advance
+  bool disposes = false;   ///< instances end: readers are handed their keys
 };
 
 // One row per topic: type, name, QoS. A contract test compares this with idl/README.md and the IDL.
@@ -58,7 +62,8 @@ struct PartialCloudTopic {
 struct MapTileTopic {
   using Type = v1::MapTile;
   static constexpr const char* kName = "crane/v1/map_tile";
-  static constexpr QosSpec kQos{.transient_local = true, .max_instances = 100'000, .big = true};
+  static constexpr QosSpec kQos{
+      .transient_local = true, .max_instances = 200'000, .big = true, .disposes = true};
 };
 struct HeightTileTopic {
   using Type = v1::HeightTile;
@@ -76,6 +81,21 @@ struct MapStatusTopic {
   static constexpr QosSpec kQos{
       .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000};
 };
+struct TileRequestTopic {
+  using Type = v1::TileRequest;
+  static constexpr const char* kName = "crane/v1/tile_request";
+  static constexpr QosSpec kQos{.depth = 64, .max_instances = 16, .lifespan_ms = 2000};
+};
+struct ZoneSetTopic {
+  using Type = v1::ZoneSet;
+  static constexpr const char* kName = "crane/v1/zone_set";
+  static constexpr QosSpec kQos{.transient_local = true, .max_instances = 16, .big = true};
+};
+struct ZoneCommandTopic {
+  using Type = v1::ZoneCommand;
+  static constexpr const char* kName = "crane/v1/zone_command";
+  static constexpr QosSpec kQos{.depth = 64, .max_instances = 16, .big = true};
+};
 struct ClearanceRequestTopic {
   using Type = v1::ClearanceRequest;
   static constexpr const char* kName = "crane/v1/clearance_request";
@@ -92,9 +112,9 @@ struct ServiceStatusTopic {
   static constexpr QosSpec kQos{.transient_local = true, .max_instances = 64, .big = true};
 };
 
-using AllTopics =
-    std::tuple<StereoFrameTopic, RangefinderPositionTopic, HoistStateTopic, PartialCloudTopic,
-               MapTileTopic, HeightTileTopic, OctreeMapTopic, MapStatusTopic, ClearanceRequestTopic,
-               ClearanceReplyTopic, ServiceStatusTopic>;
+using AllTopics = std::tuple<StereoFrameTopic, RangefinderPositionTopic, HoistStateTopic,
+                             PartialCloudTopic, MapTileTopic, HeightTileTopic, OctreeMapTopic,
+                             MapStatusTopic, TileRequestTopic, ZoneSetTopic, ZoneCommandTopic,
+                             ClearanceRequestTopic, ClearanceReplyTopic, ServiceStatusTopic>;
 
 }  // namespace crane::dds

@@ -23,6 +23,26 @@ bool status_known(std::uint32_t status) {
   return status <= v1::STATUS_FAILED;
 }
 
+/// `whole`: all of it must make sense; else only its id does.
+const char* zone_flaw(const v1::Zone& z, bool whole) {
+  // What the mapper's configuration could say as well: it is kept as such.
+  constexpr std::uint32_t kHighestId = 1'000'000;
+  if (z.id() == 0 || z.id() > kHighestId) return "a zone's id is not within 1 .. 1000000";
+  if (z.active() > 1 || z.switchable() > 1) return "active or switchable is neither 0 nor 1";
+  if (z.name().size() > 63 || z.corners().size() > v1::MAX_ZONE_CORNERS)
+    return "a zone has too long a name or too many corners";
+  if (!(z.z_min_m() >= -100 && z.z_max_m() <= 1000 && finite({z.z_min_m(), z.z_max_m()})))
+    return "a zone's heights are not within -100 .. 1000 m";
+  for (const v1::ZoneCorner& c : z.corners())
+    if (!(std::abs(c.x_m()) <= 9e4 && std::abs(c.y_m()) <= 9e4))
+      return "a zone's corner is not finite or too far away";
+  if (!whole) return nullptr;
+  if (z.kind() != v1::ZONE_NO_GO && z.kind() != v1::ZONE_SLOW_DOWN) return "unknown kind of zone";
+  if (z.corners().size() < 3) return "a zone has fewer than three corners";
+  if (!(z.z_min_m() < z.z_max_m())) return "a zone has no height";
+  return nullptr;
+}
+
 template <class Tile>
 const char* tile_flaw(const Tile& t) {
   if (t.time_ns() < 0) return "negative time";
@@ -53,8 +73,9 @@ const char* flaw(const v1::RangefinderPosition& s) {
 const char* flaw(const v1::HoistState& s) {
   if (s.time_ns() <= 0) return "no measurement time";
   if (!finite({s.hook_height_m(), s.load_size_x_m(), s.load_size_y_m(), s.load_size_z_m(),
-               s.load_yaw_rad(), s.sway_x_m(), s.sway_y_m()}))
+               s.sling_m(), s.load_yaw_rad(), s.sway_x_m(), s.sway_y_m()}))
     return "a length or angle is not finite";
+  if (s.sling_m() < 0) return "negative length of the slings";
   if (s.load_size_x_m() < 0 || s.load_size_y_m() < 0 || s.load_size_z_m() < 0)
     return "negative load size";
   if (!status_known(s.status())) return "unknown status";
@@ -92,8 +113,27 @@ const char* flaw(const v1::MapStatus& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
+  if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";
+  if (!(s.forget_s() >= 0 && s.forget_s() <= 1e9)) return "forget_s out of range";
   if (s.reason().size() > 255) return "reason is too long";
   return nullptr;
+}
+
+const char* flaw(const v1::TileRequest& s) {
+  if (s.time_ns() <= 0) return "no time";
+  return nullptr;
+}
+
+const char* flaw(const v1::ZoneSet& s) {
+  if (s.zones().size() > v1::MAX_ZONES) return "too many zones";
+  for (const v1::Zone& zone : s.zones())
+    if (const char* what = zone_flaw(zone, true)) return what;
+  return nullptr;
+}
+
+const char* flaw(const v1::ZoneCommand& s) {
+  if (s.action() < v1::ZONE_SET || s.action() > v1::ZONE_SWITCH) return "unknown action";
+  return zone_flaw(s.zone(), s.action() == v1::ZONE_SET);
 }
 
 const char* flaw(const v1::ClearanceRequest& s) {
@@ -110,8 +150,9 @@ const char* flaw(const v1::ClearanceRequest& s) {
 
 const char* flaw(const v1::ClearanceReply& s) {
   if (s.verdict() > v1::VERDICT_BLOCKED) return "unknown verdict";
-  if (s.reason() > v1::CLEARANCE_STALE) return "unknown reason";
-  if (s.has_safe_height() > 1) return "has_safe_height is neither 0 nor 1";
+  if (s.reason() > v1::CLEARANCE_ZONE) return "unknown reason";
+  if (s.has_safe_height() > 1 || s.slow_down() > 1)
+    return "has_safe_height or slow_down is neither 0 nor 1";
   if (!finite({s.safe_height_m(), s.first_x_m(), s.first_y_m(), s.first_z_m(), s.oldest_age_s(),
                s.unknown_fraction()}))
     return "a number is not finite";

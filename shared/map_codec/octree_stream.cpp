@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <sstream>
 #include <string>
 
@@ -21,6 +22,7 @@ struct BlockRef {
   TileKey tile;
   int z = 0;
   const Block* block = nullptr;
+  const BlockClasses* classes = nullptr;  ///< where there is no block
 };
 
 /// Child order of OctoMap: bit 0 = x, bit 1 = y, bit 2 = z.
@@ -33,17 +35,24 @@ std::uint64_t morton(int x, int y, int z) {
   return m;
 }
 
-std::vector<BlockRef> sorted_blocks(const OccupancyMap& map) {
-  std::vector<BlockRef> refs;
+void add(std::vector<BlockRef>& refs, TileKey tile, int bz, const Block* block,
+         const BlockClasses* classes) {
   const auto fits = [](int v) { return v >= -kBlockOrigin && v < kBlockOrigin; };
-  for (const Tile* tile : map.tiles())
-    for (const auto& [bz, block] : tile->blocks)
-      if (fits(tile->key.x) && fits(tile->key.y) && fits(bz))
-        refs.push_back(
-            {morton(tile->key.x + kBlockOrigin, tile->key.y + kBlockOrigin, bz + kBlockOrigin),
-             tile->key, bz, block.get()});
+  if (fits(tile.x) && fits(tile.y) && fits(bz))
+    refs.push_back({morton(tile.x + kBlockOrigin, tile.y + kBlockOrigin, bz + kBlockOrigin), tile,
+                    bz, block, classes});
+}
+
+std::vector<BlockRef> sorted(std::vector<BlockRef> refs) {
   std::sort(refs.begin(), refs.end(), [](auto& a, auto& b) { return a.morton < b.morton; });
   return refs;
+}
+
+std::vector<BlockRef> sorted_blocks(const OccupancyMap& map) {
+  std::vector<BlockRef> refs;
+  for (const Tile* tile : map.tiles())
+    for (const auto& [bz, block] : tile->blocks) add(refs, tile->key, bz, block.get(), nullptr);
+  return sorted(std::move(refs));
 }
 
 std::string header(const char* first_line, const char* id, std::size_t nodes, double voxel_m) {
@@ -67,7 +76,7 @@ class TreeWalk {
     if (refs.empty()) return Value{};
     if (level == kBlockLevel)
       return writer_.block(refs.front(),
-                           [&] { return inside(*refs.front().block, level, 0, 0, 0); });
+                           [&] { return inside(content(refs.front()), level, 0, 0, 0); });
     const auto mark = writer_.begin_node();
     std::array<Value, 8> children{};
     std::size_t first = 0;
@@ -82,6 +91,15 @@ class TreeWalk {
   }
 
  private:
+  const Block& content(const BlockRef& ref) {
+    if (ref.block != nullptr) return *ref.block;
+    if (!scratch_) scratch_ = std::make_unique<Block>();
+    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+      const unsigned c = (*ref.classes)[i / 4] >> (2 * (i % 4)) & 3U;
+      scratch_->log_odds[i] = static_cast<std::int8_t>(c == 2 ? kHit : c == 1 ? kMiss : 0);
+    }
+    return *scratch_;
+  }
   /// Cube of 2^level voxels at (x, y, z) in a block.
   Value inside(const Block& block, int level, int x, int y, int z) {
     if (level == 0) return writer_.voxel(block, (z * kTileEdge + y) * kTileEdge + x);
@@ -96,6 +114,7 @@ class TreeWalk {
   }
 
   Writer& writer_;
+  std::unique_ptr<Block> scratch_;
 };
 
 /// .bt: an inner node is 2 bits per child: 00 unknown, 01 free, 10 occupied, 11 has children.
@@ -238,13 +257,13 @@ struct ColourWriter {
 };
 
 template <class Writer>
-Bytes write(Writer writer, const OccupancyMap& map, const char* first_line, const char* id) {
-  const std::vector<BlockRef> refs = sorted_blocks(map);
+Bytes write(Writer writer, const std::vector<BlockRef>& refs, double voxel_m,
+            const char* first_line, const char* id) {
   if (refs.empty())
     writer.nodes = 0;
   else
     TreeWalk<Writer>(writer).blocks(refs, kTreeDepth);
-  const std::string head = header(first_line, id, writer.nodes, map.voxel_m());
+  const std::string head = header(first_line, id, writer.nodes, voxel_m);
   Bytes file(head.begin(), head.end());
   file.insert(file.end(), writer.out.begin(), writer.out.end());
   return file;
@@ -253,17 +272,24 @@ Bytes write(Writer writer, const OccupancyMap& map, const char* first_line, cons
 }  // namespace
 
 Bytes write_bt(const OccupancyMap& map) {
-  return write(BinaryWriter{}, map, kBtFirstLine, "OcTree");
+  return write(BinaryWriter{}, sorted_blocks(map), map.voxel_m(), kBtFirstLine, "OcTree");
+}
+
+Bytes write_bt(double voxel_m, std::span<const ClassBlock> blocks) {
+  std::vector<BlockRef> refs;
+  for (const ClassBlock& b : blocks) add(refs, b.tile, b.z, nullptr, &b.classes);
+  return write(BinaryWriter{}, sorted(std::move(refs)), voxel_m, kBtFirstLine, "OcTree");
 }
 
 Bytes BtWriter::write(const OccupancyMap& map) {
   BinaryWriter writer;
   writer.known = [this](const BlockRef& ref) -> Subtree& { return tiles_[ref.tile][ref.z]; };
-  return crane::write(std::move(writer), map, kBtFirstLine, "OcTree");
+  return crane::write(std::move(writer), sorted_blocks(map), map.voxel_m(), kBtFirstLine, "OcTree");
 }
 
 Bytes write_colour_ot(const OccupancyMap& map) {
-  return write(ColourWriter{}, map, "# Octomap OcTree file", "ColorOcTree");
+  return write(ColourWriter{}, sorted_blocks(map), map.voxel_m(), "# Octomap OcTree file",
+               "ColorOcTree");
 }
 
 }  // namespace crane

@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <unordered_map>
 
 #include "map_codec/compression.hpp"
+#include "map_codec/tile_codec.hpp"
 #include "mapping/occupancy_map.hpp"
 
 namespace crane {
@@ -15,6 +17,15 @@ namespace crane {
 
 /// OctoMap binary tree (.bt): free and occupied, pruned. For octovis and every OctoMap reader.
 Bytes write_bt(const OccupancyMap& map);
+
+/// The classes of one block, as tiles carry them.
+struct ClassBlock {
+  TileKey tile;
+  int z = 0;
+  BlockClasses classes{};
+};
+/// The same of a map that was received.
+Bytes write_bt(double voxel_m, std::span<const ClassBlock> blocks);
 
 /// write_bt() again and again: keeps the bytes of each block, so that only what changed is encoded
 /// anew. For large halls, where all but a few tiles stay as they are.

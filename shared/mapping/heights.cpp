@@ -1,7 +1,5 @@
 #include "mapping/heights.hpp"
 
-#include <limits>
-
 namespace crane {
 namespace {
 
@@ -30,8 +28,13 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
   const auto top = tops(tile);
   for (std::size_t column = 0; column < kTileColumns; ++column) {
     ColumnHeight& c = out[column];
-    c.last_observed = tile.last_observed[column];
-    if (top[column] == kNone) continue;
+    const Column& known = tile.columns[column];
+    c.last_observed = known.last_observed;
+    if (known.proven_z != Column::kNotProven) c.proven_m = known.proven_z * voxel;
+    if (top[column] == kNone) {
+      if (known.stale) c.state = ColumnState::kStale;
+      continue;
+    }
     const auto height_of = [&](int z, double& height_m) {
       const auto block = tile.blocks.find(tile_of(z));
       if (block == tile.blocks.end()) return false;

@@ -1,6 +1,7 @@
 #include "mapping/occupancy_map.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace crane {
 
@@ -46,12 +47,25 @@ std::vector<const Tile*> OccupancyMap::tiles() const {
   return out;
 }
 
-std::vector<Tile*> OccupancyMap::changed_tiles() {
-  std::vector<Tile*> out;
-  for (const auto& [key, tile] : tiles_)
-    if (tile->changed) out.push_back(tile.get());
-  std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->key < b->key; });
+std::vector<TileKey> OccupancyMap::tile_keys() const {
+  std::vector<TileKey> out;
+  out.reserve(tiles_.size());
+  for (const auto& [key, tile] : tiles_) out.push_back(key);
   return out;
+}
+
+std::vector<Tile*> OccupancyMap::changed_tiles() {
+  std::erase_if(changed_, [](Tile* tile) {
+    tile->listed = tile->changed;
+    return !tile->changed;
+  });
+  std::sort(changed_.begin(), changed_.end(), [](auto* a, auto* b) { return a->key < b->key; });
+  return changed_;
+}
+
+void OccupancyMap::mark_changed(Tile& tile) {
+  tile.changed = true;
+  if (!std::exchange(tile.listed, true)) changed_.push_back(&tile);
 }
 
 bool OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,

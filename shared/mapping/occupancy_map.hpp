@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -10,6 +12,7 @@
 
 #include "base/clock.hpp"
 #include "cloud/point_cloud.hpp"
+#include "mapping/epoch.hpp"
 
 namespace crane {
 
@@ -18,12 +21,20 @@ inline constexpr int kTileEdge = 32;
 inline constexpr int kTileColumns = kTileEdge * kTileEdge;
 inline constexpr int kBlockVoxels = kTileColumns * kTileEdge;
 
-/// Log-odds in 1/32: OctoMap's defaults (hit 0.85, miss -0.4, limits -2 and 3.5).
-inline constexpr int kHit = 27, kMiss = -13, kLogOddsMin = -64, kLogOddsMax = 112;
+/// Edge of the cubes of voxels that are looked at together.
+inline constexpr int kCube = 8;
+inline constexpr int kCubesEdge = kTileEdge / kCube;
+
+/// Log-odds in 1/32; hit and miss are OctoMap's defaults (0.85, -0.4). The limits are narrow, so
+/// that three observations that agree turn anything: of an obstacle that left or one that came.
+inline constexpr int kHit = 27, kMiss = -13, kLogOddsMin = -26, kLogOddsMax = 38;
 
 /// From here on a voxel is believed to be occupied: one certain observation, or several uncertain
 /// ones that agree. Between 0 and this it is unknown, never free.
 inline constexpr int kBelieved = 20;
+/// What a free voxel becomes by the first sighting of something in it: unknown, until another
+/// agrees. One frame's mismatch never makes an obstacle where others saw through.
+inline constexpr int kContested = 6;
 
 enum class Occupancy : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
 
@@ -40,9 +51,13 @@ struct Surface {
   std::uint8_t r = 0, g = 0, b = 0;
 };
 
-/// 32 x 32 x 32 voxels. Log-odds 0 is unknown: nothing was ever measured there.
+/// 32 x 32 x 32 voxels. Log-odds 0 is unknown: nothing was measured there, or too long ago.
 struct Block {
   std::array<std::int8_t, kBlockVoxels> log_odds{};  ///< index (z * 32 + y) * 32 + x
+  std::array<Epoch, kBlockVoxels> seen{};            ///< when last measured
+  /// Epoch in which all voxels of a cube were last as free as can be: nothing is left to do there
+  /// before the next. Index (z * 4 + y) * 4 + x.
+  std::array<Epoch, kCubesEdge * kCubesEdge * kCubesEdge> settled{};
   std::array<std::unique_ptr<std::array<Surface, kTileColumns>>, kTileEdge> surface;  ///< per layer
 
   [[nodiscard]] Occupancy at(int index) const {
@@ -61,15 +76,26 @@ struct TileKeyHash {
   }
 };
 
+/// What is known of a map column beside its voxels.
+struct Column {
+  TimeNs last_observed = 0;  ///< exposure that last saw a surface here; 0 = never
+  /// Lowest voxel that hook or load have passed, with all above it up to the hook, since a surface
+  /// was last seen higher; kNotProven = none.
+  std::int16_t proven_z = kNotProven;
+  bool stale = false;  ///< its surface was not seen again for too long, and is forgotten
+  static constexpr std::int16_t kNotProven = 32'767;
+};
+
 /// A column of blocks over 32 x 32 map columns.
 struct Tile {
   TileKey key;
-  std::map<int, std::unique_ptr<Block>> blocks;      ///< by block height index
-  std::array<TimeNs, kTileColumns> last_observed{};  ///< 0 = never; index y * 32 + x
+  std::map<int, std::unique_ptr<Block>> blocks;  ///< by block height index
+  std::array<Column, kTileColumns> columns{};    ///< index y * 32 + x
   // Since the flags were last cleared:
-  bool changed = false;       ///< anything
+  bool changed = false;       ///< anything: see OccupancyMap::mark_changed()
   bool reclassified = false;  ///< a voxel became free, occupied or unknown
   bool moved = false;         ///< a surface by more than a millimetre
+  bool listed = false;        ///< among the map's changed tiles
 };
 
 /// Occupancy in XY tiles. What it costs to change depends on what is seen, not on its size.
@@ -87,28 +113,29 @@ class OccupancyMap {
   /// The tile, made when absent.
   Tile& tile(TileKey key);
   [[nodiscard]] const Tile* find(TileKey key) const;
-  /// The block, made when absent; nullptr when the memory limit is reached.
+  /// The block, made when absent; nullptr when the memory limit is reached. May be called from
+  /// several threads for different tiles.
   Block* block(Tile& tile, int block_z);
 
   [[nodiscard]] Occupancy at(int x, int y, int z) const;
 
   /// Tiles in key order, so that whatever is made of the map is reproducible.
   [[nodiscard]] std::vector<const Tile*> tiles() const;
+  /// Likewise, those with `changed` set. Cost O(changed tiles).
   [[nodiscard]] std::vector<Tile*> changed_tiles();
+  /// Whoever sets a tile's flags says so here, from one thread.
+  void mark_changed(Tile& tile);
+  [[nodiscard]] std::size_t tile_count() const { return tiles_.size(); }
+  [[nodiscard]] std::vector<TileKey> tile_keys() const;
 
   [[nodiscard]] std::size_t memory_bytes() const { return bytes_; }
   /// Voxels that could not be stored because of the memory limit.
   [[nodiscard]] std::uint64_t refused_blocks() const { return refused_; }
 
-  /// Adds to a voxel's log-odds within the limits; a measured voxel never becomes 0 again.
-  /// True when its class changed.
-  static bool update(std::int8_t& log_odds, int by) {
-    const Occupancy before = classify(log_odds);
-    int v = log_odds + by;
-    v = v < kLogOddsMin ? kLogOddsMin : v > kLogOddsMax ? kLogOddsMax : v;
-    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
-    return classify(log_odds) != before;
-  }
+  /// When it is now, for the ages of voxels.
+  [[nodiscard]] Epoch epoch() const { return epoch_; }
+  void set_epoch(Epoch epoch) { epoch_ = epoch; }
+
   /// Merges one frame's mean height (map z) and colour into the surface of a voxel. True when that
   /// moved it by more than a millimetre.
   bool observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
@@ -122,10 +149,25 @@ class OccupancyMap {
  private:
   double voxel_m_;
   std::size_t max_bytes_;
-  std::size_t bytes_ = 0;
-  std::uint64_t refused_ = 0;
+  Epoch epoch_ = 1;
+  std::atomic<std::size_t> bytes_ = 0;
+  std::atomic<std::uint64_t> refused_ = 0;
+  std::vector<Tile*> changed_;
   std::unordered_map<TileKey, std::unique_ptr<Tile>, TileKeyHash> tiles_;
 };
+
+/// One sighting in a voxel, of a strength of up to kHit.
+inline void see_occupied(std::int8_t& log_odds, int strength) {
+  log_odds = static_cast<std::int8_t>(
+      log_odds < 0 ? kContested : std::min<int>(log_odds + strength, kLogOddsMax));
+}
+
+/// A surface was seen in a voxel of a column: what passed there before proves nothing below it.
+inline void saw_surface(Column& column, int voxel_z, TimeNs exposure) {
+  column.last_observed = exposure;
+  column.stale = false;
+  if (voxel_z >= column.proven_z) column.proven_z = Column::kNotProven;
+}
 
 /// Floor division and remainder for voxel to tile indices.
 constexpr int tile_of(int voxel) {

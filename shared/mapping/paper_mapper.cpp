@@ -40,10 +40,12 @@ Result<PaperReport> PaperMapper::build(OccupancyMap& map) const {
     if (block == nullptr) continue;
     const int column = in_tile(y) * kTileEdge + in_tile(x);
     const int index = in_tile(z) * kTileColumns + column;
-    OccupancyMap::update(block->log_odds[static_cast<std::size_t>(index)], kHit);
+    see_occupied(block->log_odds[static_cast<std::size_t>(index)], kHit);
+    block->seen[static_cast<std::size_t>(index)] = map.epoch();
     map.observe_surface(*block, index, z, p.z, p.r, p.g, p.b);
-    tile.last_observed[static_cast<std::size_t>(column)] = last_;
-    tile.changed = tile.reclassified = true;
+    saw_surface(tile.columns[static_cast<std::size_t>(column)], z, last_);
+    tile.reclassified = true;
+    map.mark_changed(tile);
   }
   report.octree_ms = watch.ms();
   return report;

@@ -3,27 +3,60 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <latch>
 #include <limits>
 #include <thread>
 
 namespace crane {
 namespace {
 
-constexpr int kCube = kFreeCube;
+static_assert(kCube == kFreeCube);
 /// A surface less certain than this share of a voxel joins one that is there, within this many
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
 constexpr int kHitLeast = 7;  ///< three of them are believed
 constexpr int kJoinMax = 8;   ///< voxels
+/// OctoMap's limits.
+constexpr int kOctomapMin = -64, kOctomapMax = 112;
 
-/// Eight voxels seen through.
-void free_eight(std::int8_t* log_odds, Tile& tile) {
-  constexpr std::uint64_t kAllFree = 0x0101010101010101ULL * static_cast<std::uint8_t>(kLogOddsMin);
-  std::uint64_t now = 0;
-  std::memcpy(&now, log_odds, sizeof now);
-  if (now == kAllFree) return;  // as free as can be
-  for (int i = 0; i < kCube; ++i) tile.reclassified |= OccupancyMap::update(log_odds[i], kMiss);
-  tile.changed = true;
+/// Voxels of one frame that were seen through.
+class Freeing {
+ public:
+  Freeing(Tile& tile, Epoch now, bool as_octomap)
+      : tile_(tile), now_(now), least_(as_octomap ? kOctomapMin : kLogOddsMin) {}
+
+  void voxel(std::int8_t& log_odds, Epoch& seen) {
+    seen = now_;
+    if (log_odds == least_) return;
+    const Occupancy before = classify(log_odds);
+    const int v = std::max(log_odds + kMiss, least_);
+    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
+    tile_.reclassified |= classify(log_odds) != before;
+    tile_.changed = true;
+  }
+  /// A row of a cube. False when it is not yet as free as can be.
+  bool row(std::int8_t* log_odds, Epoch* seen) {
+    std::uint64_t odds = 0;
+    std::uint64_t epochs = 0;
+    std::memcpy(&odds, log_odds, sizeof odds);
+    std::memcpy(&epochs, seen, sizeof epochs);
+    if (odds == kEach * static_cast<std::uint8_t>(least_)) {
+      if (epochs != kEach * now_) std::memset(seen, now_, kCube);
+      return true;
+    }
+    for (int i = 0; i < kCube; ++i) voxel(log_odds[i], seen[i]);
+    return false;
+  }
+
+ private:
+  static constexpr std::uint64_t kEach = 0x0101010101010101ULL;
+  Tile& tile_;
+  Epoch now_;
+  int least_;
+};
+
+std::size_t cube_index(int x0, int y0, int z0) {
+  return static_cast<std::size_t>((z0 / kCube * kCubesEdge + y0 / kCube) * kCubesEdge + x0 / kCube);
 }
 
 }  // namespace
@@ -34,23 +67,40 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   const double voxel_px = mean_voxel_px(frame, map.voxel_m());
   if (!(voxel_px > 0)) return report;  // no evidence
   const std::vector<SurfaceHit>* hits = nullptr;
+  Frustum frustum;
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::uint64_t> freed{0};
+  std::latch aimed(1);
   {
     const std::jthread finder([&] {
       hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
                              {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
                              report.surfaces);
+      aimed.wait();
+      freed += carve(frustum, next, map);
     });
     DepthFrame certain = frame;
     if (settings_.as_octomap) certain.sigma_disparity_px = 0;
     free_.build(certain, free_cell_px(voxel_px));
-    carve(frame, map, report);
+    frustum = aim(frame, map);
+    aimed.count_down();
+    freed += carve(frustum, next, map);
   }
-  for (const SurfaceHit& hit : *hits) apply(hit, time, map, report);
+  report.freed = freed;
+  for (Tile* tile : frustum.tiles)
+    if (tile->changed) map.mark_changed(*tile);
+  Tile* tile = nullptr;  // hits come column by column: mostly of the same tile as the last
+  for (const SurfaceHit& hit : *hits) {
+    const TileKey key{tile_of(hit.x), tile_of(hit.y)};
+    if (tile == nullptr || tile->key != key) tile = &map.tile(key);
+    apply(hit, time, *tile, map, report);
+    map.mark_changed(*tile);
+  }
   return report;
 }
 
-void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
-                                 IntegrationReport& report) {
+ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, OccupancyMap& map) {
+  Frustum out;
   const double voxel = map.voxel_m();
   const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
   Projection& p = projection_;
@@ -68,7 +118,7 @@ void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
   c.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
   c.near_m = static_cast<float>(voxel);
   const double farthest = free_.farthest_m();
-  if (!(farthest > 0)) return;
+  if (!(farthest > 0)) return out;
 
   // Map box around the frustum: its four corners at the farthest depth, and the camera.
   Eigen::AlignedBox3d box;
@@ -81,15 +131,24 @@ void ProjectiveIntegrator::carve(const DepthFrame& f, OccupancyMap& map,
   }
   const double z_low = std::max(box.min().z(), settings_.z_min_m);
   const double z_high = std::min(box.max().z(), settings_.z_max_m);
-  if (!(z_low < z_high)) return;
+  if (!(z_low < z_high)) return out;
+  out.block_low = tile_of(map.index(z_low));
+  out.block_high = tile_of(map.index(z_high));
   const int tx1 = tile_of(map.index(box.max().x()));
   const int ty1 = tile_of(map.index(box.max().y()));
-  const int bz1 = tile_of(map.index(z_high));
   for (int ty = tile_of(map.index(box.min().y())); ty <= ty1; ++ty)
-    for (int tx = tile_of(map.index(box.min().x())); tx <= tx1; ++tx) {
-      Tile& tile = map.tile({tx, ty});
-      for (int bz = tile_of(map.index(z_low)); bz <= bz1; ++bz) carve_block(tile, bz, map, report);
-    }
+    for (int tx = tile_of(map.index(box.min().x())); tx <= tx1; ++tx)
+      out.tiles.push_back(&map.tile({tx, ty}));
+  return out;
+}
+
+std::uint64_t ProjectiveIntegrator::carve(const Frustum& frustum, std::atomic<std::size_t>& next,
+                                          OccupancyMap& map) {
+  std::uint64_t freed = 0;
+  for (std::size_t i = next++; i < frustum.tiles.size(); i = next++)
+    for (int bz = frustum.block_low; bz <= frustum.block_high; ++bz)
+      freed += carve_block(*frustum.tiles[i], bz, map);
+  return freed;
 }
 
 bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
@@ -99,8 +158,9 @@ bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
   return centre.z() + c.reach_m < free_.at(centre.x() * scale + c.cu, centre.y() * scale + c.cv);
 }
 
-void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map,
-                                       IntegrationReport& report) {
+std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map) {
+  std::uint64_t freed = 0;
+  Freeing freeing(tile, map.epoch(), settings_.as_octomap);
   const Projection& p = projection_;
   const FreeProjection& cells = p.cells;
   const auto found = tile.blocks.find(block_z);
@@ -117,6 +177,8 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
     const bool whole = z0 >= z_first && z0 + kCube - 1 <= z_last;
     for (int y0 = 0; y0 < kTileEdge; y0 += kCube)
       for (int x0 = 0; x0 < kTileEdge; x0 += kCube) {
+        const std::size_t cube = cube_index(x0, y0, z0);
+        if (block != nullptr && block->settled[cube] == map.epoch()) continue;
         const Eigen::Vector3f corner =
             first.cast<float>() + p.R * Eigen::Vector3f(float(x0), float(y0), float(z0));
         // Where the centres of the cube's voxels can lie: the hull of those at its corners.
@@ -143,13 +205,17 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
           range = free_.range(u0, v0, u1, v1);
           if (near + cells.reach_m >= range.high) continue;
         }
-        if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return;
+        if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return freed;
+        const auto at = [x0](int z, int y) { return (z * kTileEdge + y) * kTileEdge + x0; };
         std::int8_t* log_odds = block->log_odds.data();
+        Epoch* seen = block->seen.data();
         if (whole && far + cells.reach_m < range.low) {
+          bool settled = true;
           for (int z = z0; z < z0 + kCube; ++z)
             for (int y = y0; y < y0 + kCube; ++y)
-              free_eight(log_odds + (z * kTileEdge + y) * kTileEdge + x0, tile);
-          report.freed += kCube * kCube * kCube;
+              settled &= freeing.row(log_odds + at(z, y), seen + at(z, y));
+          block->settled[cube] = settled ? map.epoch() : Epoch{0};
+          freed += kCube * kCube * kCube;
           continue;
         }
         std::uint8_t masks[kCube * kCube];
@@ -158,26 +224,22 @@ void ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& ma
           for (int y = y0; y < y0 + kCube; ++y) {
             const unsigned mask = masks[(z - z0) * kCube + (y - y0)];
             if (mask == 0) continue;
-            std::int8_t* row = log_odds + (z * kTileEdge + y) * kTileEdge + x0;
-            report.freed += static_cast<unsigned>(__builtin_popcount(mask));
+            freed += static_cast<unsigned>(__builtin_popcount(mask));
             if (mask == 0xFF) {
-              free_eight(row, tile);
+              freeing.row(log_odds + at(z, y), seen + at(z, y));
               continue;
             }
-            for (unsigned free = mask; free != 0; free &= free - 1) {
-              std::int8_t& voxel = row[__builtin_ctz(free)];
-              if (voxel == kLogOddsMin) continue;
-              tile.reclassified |= OccupancyMap::update(voxel, kMiss);
-              tile.changed = true;
-            }
+            for (unsigned free = mask; free != 0; free &= free - 1)
+              freeing.voxel(log_odds[at(z, y) + __builtin_ctz(free)],
+                            seen[at(z, y) + __builtin_ctz(free)]);
           }
       }
   }
+  return freed;
 }
 
-void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map,
+void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map,
                                  IntegrationReport& report) {
-  Tile& tile = map.tile({tile_of(hit.x), tile_of(hit.y)});
   const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
   int z = hit.z;
   int strength = kHit;
@@ -199,16 +261,28 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, OccupancyMa
   if (block == nullptr) return;
   const int index = in_tile(z) * kTileColumns + column;
   std::int8_t& log_odds = block->log_odds[static_cast<std::size_t>(index)];
-  // A voxel with a surface in this very frame is not free, whatever passes beside it.
-  const Eigen::Vector3f centre =
-      (projection_.R.cast<double>() * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
-       projection_.t)
-          .cast<float>();
-  if (is_free(centre)) tile.reclassified |= OccupancyMap::update(log_odds, -kMiss);
-  tile.reclassified |= OccupancyMap::update(log_odds, strength);
+  // A voxel with a surface in this very frame is not free, whatever passes beside it. (One that is
+  // still as occupied as can be was not freed.)
+  const int most = settings_.as_octomap ? kOctomapMax : kLogOddsMax;
+  const auto centre = [&]() -> Eigen::Vector3f {
+    return (projection_.R.cast<double>() * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
+            projection_.t)
+        .cast<float>();
+  };
+  const bool freed = log_odds < most && is_free(centre());
+  const Occupancy before = classify(log_odds);
+  if (settings_.as_octomap) {
+    const int v = std::min(log_odds + strength - (freed ? kMiss : 0), most);
+    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
+  } else {
+    if (freed) log_odds = static_cast<std::int8_t>(log_odds - kMiss);
+    see_occupied(log_odds, strength);
+  }
+  tile.reclassified |= classify(log_odds) != before;
+  block->seen[static_cast<std::size_t>(index)] = map.epoch();
+  block->settled[cube_index(in_tile(hit.x), in_tile(hit.y), in_tile(z))] = 0;
   tile.moved |= map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
-  tile.last_observed[static_cast<std::size_t>(column)] = time;
-  tile.changed = true;
+  saw_surface(tile.columns[static_cast<std::size_t>(column)], z, time);
   ++report.occupied;
 }
 

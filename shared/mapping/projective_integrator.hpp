@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <vector>
 
 #include "mapping/free_cube.hpp"
 #include "mapping/free_depth.hpp"
@@ -26,8 +28,10 @@ struct IntegrationReport {
 /// One organised cloud into the map: occupied where surfaces are found, free where measured rays
 /// pass, untouched behind the surface and where nothing matched. No ray casting: cubes of 8^3
 /// voxels are projected into the depth image and freed or left at once, and voxel by voxel only
-/// where a surface passes through them. Cost is that of what is seen, not of the map. Two threads:
-/// one finds surfaces, one frees; the result does not depend on their timing.
+/// where a surface passes through them; those that are as free as can be are left out until the
+/// next epoch. Cost is that of what is seen, not of the map. Two threads: one finds surfaces while
+/// the other frees, then both free; short of the map's memory limit the result does not depend on
+/// their timing.
 class ProjectiveIntegrator {
  public:
   explicit ProjectiveIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
@@ -42,10 +46,18 @@ class ProjectiveIntegrator {
     Eigen::Vector3d t;  ///< position of map origin in the camera, [m]
     FreeProjection cells;
   };
-  void carve(const DepthFrame& frame, OccupancyMap& map, IntegrationReport& report);
-  void carve_block(Tile& tile, int block_z, OccupancyMap& map, IntegrationReport& report);
+  /// Tiles and blocks that the frustum touches.
+  struct Frustum {
+    std::vector<Tile*> tiles;
+    int block_low = 0, block_high = -1;
+  };
+  Frustum aim(const DepthFrame& frame, OccupancyMap& map);
+  /// Frees tiles of the frustum until none is left; `next` is shared with another thread.
+  std::uint64_t carve(const Frustum& frustum, std::atomic<std::size_t>& next, OccupancyMap& map);
+  std::uint64_t carve_block(Tile& tile, int block_z, OccupancyMap& map);
   [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
-  void apply(const SurfaceHit& hit, TimeNs time, OccupancyMap& map, IntegrationReport& report);
+  void apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map,
+             IntegrationReport& report);
 
   IntegratorSettings settings_;
   SurfaceFinder surfaces_;

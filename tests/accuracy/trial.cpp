@@ -64,7 +64,7 @@ CloudSample cloud_of(const RectifiedCamera& camera, double sigma_disparity_px, s
 /// What the mapper hands on after a change.
 void encode_changes(OccupancyMap& map) {
   for (Tile* tile : map.changed_tiles()) {
-    (void)encode_tile(*tile);
+    for (const int band : known_bands(*tile)) (void)encode_tile(*tile, band);
     (void)encode_heights(tile_heights(map, *tile, floor_tolerance_m(map.voxel_m())));
     tile->changed = tile->reclassified = tile->moved = false;
   }

@@ -38,7 +38,7 @@ struct Hall {
             auto& byte = tile.blocks[z / 32][std::size_t((z % 32 * kTileColumns + i) / 4)];
             byte = static_cast<std::uint8_t>(byte | (solid ? 2U : 1U) << (2 * (i % 4)));
           }
-        columns[{tx, ty}] = columns_of(tile);
+        columns[{tx, ty}] = columns_of(tile.blocks);
         for (ColumnHeight& c : heights[{tx, ty}]) c.last_observed = kNsPerSecond;
       }
   }

@@ -42,7 +42,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
     {"shared/dds", {{"base"}, {"fastdds", "fastrtps"}}},
     {"shared/service", {{"base", "config", "dds", "client"}, {"cli"}}},
-    {"shared/client", {{"base", "dds", "map_codec"}, {}}},
+    {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
      {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping", "map_codec",

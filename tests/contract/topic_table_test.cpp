@@ -10,9 +10,9 @@
 #include <sstream>
 #include <string>
 
-#include "dds/topics.hpp"
 #include "clearance_replyPubSubTypes.h"
 #include "clearance_requestPubSubTypes.h"
+#include "dds/topics.hpp"
 #include "height_tilePubSubTypes.h"
 #include "hoist_statePubSubTypes.h"
 #include "map_statusPubSubTypes.h"
@@ -22,6 +22,9 @@
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
 #include "stereo_framePubSubTypes.h"
+#include "tile_requestPubSubTypes.h"
+#include "zone_commandPubSubTypes.h"
+#include "zone_setPubSubTypes.h"
 
 namespace crane::dds {
 namespace {
@@ -107,6 +110,9 @@ TEST(TopicTable, ReadmeIdlAndCodeAgree) {
   check_row<HeightTileTopic, v1::HeightTilePubSubType>(seen);
   check_row<OctreeMapTopic, v1::OctreeMapPubSubType>(seen);
   check_row<MapStatusTopic, v1::MapStatusPubSubType>(seen);
+  check_row<TileRequestTopic, v1::TileRequestPubSubType>(seen);
+  check_row<ZoneSetTopic, v1::ZoneSetPubSubType>(seen);
+  check_row<ZoneCommandTopic, v1::ZoneCommandPubSubType>(seen);
   check_row<ClearanceRequestTopic, v1::ClearanceRequestPubSubType>(seen);
   check_row<ClearanceReplyTopic, v1::ClearanceReplyPubSubType>(seen);
   check_row<ServiceStatusTopic, v1::ServiceStatusPubSubType>(seen);

@@ -11,7 +11,7 @@
 namespace {
 
 void decode(std::span<const std::uint8_t> bytes) {
-  (void)crane::decode_tile(bytes);
+  (void)crane::decode_tile(bytes, 0);
   (void)crane::decode_heights(bytes);
   crane::Bytes saved(bytes.begin(), bytes.end());
   const std::uint32_t crc = crane::crc32c(bytes);

@@ -54,10 +54,11 @@ class ClearanceServerTest : public ::testing::Test {
       const bool thing = x >= 20 && x < 24 && y >= 10 && y < 20 && (z + 0.5) * 0.05 < thing_m;
       block.log_odds[std::size_t(i)] = z == 0 || thing ? 60 : z < 30 ? -40 : 0;
     }
-    tile.last_observed.fill(SystemClock().now());
-    tile.changed = tile.reclassified = true;
+    for (Column& column : tile.columns) column.last_observed = SystemClock().now();
+    tile.reclassified = true;
+    map.mark_changed(tile);
     EXPECT_TRUE(publisher_.publish_tiles(builder_, true));
-    publisher_.publish_status(builder_, 0.05, 0, "");
+    publisher_.publish_status(builder_, {});
   }
   static v1::ClearanceRequest request(std::uint64_t number, double z_m) {
     v1::ClearanceRequest r;
@@ -84,7 +85,7 @@ class ClearanceServerTest : public ::testing::Test {
                                const std::function<bool(const v1::ClearanceReply&)>& is) {
     v1::ClearanceReply last;
     (void)test::eventually([&] {
-      publisher_.publish_status(builder_, 0.05, 0, "");
+      publisher_.publish_status(builder_, {});
       EXPECT_TRUE(requests_.write(request(++number_, z_m)));
       wakeup_.wait_for(50ms);
       while (const auto reply = replies_.take())

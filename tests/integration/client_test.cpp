@@ -46,13 +46,14 @@ class ClientTest : public ::testing::Test {
       const int index = in_tile(z) * kTileColumns + column;
       block.log_odds[std::size_t(index)] = 60;
       map.observe_surface(block, index, z, height_m, 1, 2, 3);
-      tile.last_observed[std::size_t(column)] = kNsPerSecond;
+      tile.columns[std::size_t(column)].last_observed = kNsPerSecond;
     }
-    tile.changed = tile.reclassified = true;
+    tile.reclassified = true;
+    map.mark_changed(tile);
   }
   void publish() {
     ASSERT_TRUE(publisher_.publish_tiles(builder_, true));
-    publisher_.publish_status(builder_, 0.05, 0, "");
+    publisher_.publish_status(builder_, {});
   }
 
   StereoRig rig_;

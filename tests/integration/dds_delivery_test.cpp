@@ -122,7 +122,7 @@ TEST(TileDelivery, ALateJoinerGetsTheLastStateOfEveryTile) {
   tile.payload({1, 2, 3});
   for (std::uint64_t revision = 1; revision <= 3; ++revision)
     for (int x = -50; x < 50; ++x) {
-      tile.tile_x(x);
+      tile.tile_x(static_cast<std::int16_t>(x));
       tile.revision(revision);
       ASSERT_TRUE(writer.write(tile));
     }

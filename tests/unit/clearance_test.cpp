@@ -30,7 +30,7 @@ struct TestMap {
   }
   void finish(TimeNs seen) {
     for (const auto& [key, tile] : tiles) {
-      columns[key] = columns_of(tile);
+      columns[key] = columns_of(tile.blocks);
       TileHeights& h = heights[key];
       for (ColumnHeight& c : h) c.last_observed = seen;
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "mapper/map_store.hpp"
+#include "mapping/heights.hpp"
 #include "recording/recording.hpp"
 #include "temp_folder.hpp"
 
@@ -163,15 +164,16 @@ TEST_F(MapBuilderTest, PaperMethodTakesEquationNineWhenNoVoxelIsGiven) {
   EXPECT_NEAR(MapBuilder(c, rig_).voxel_m(), 0.195, 1e-9);
 }
 
-TEST_F(MapBuilderTest, AMapHigherThanATileCanCarryIsRefused) {
+TEST_F(MapBuilderTest, AMapBeyondWhatTilesReachIsRefused) {
   MapperConfig c = config();
   c.voxel_m = 0.005;
-  c.z_max_m = 10;
-  const auto checked = MapBuilder::check(c, rig_);
-  ASSERT_FALSE(checked);
-  EXPECT_EQ(checked.error().code, ErrorCode::kConfiguration);
-  c.z_max_m = 9;
   EXPECT_TRUE(MapBuilder::check(c, rig_));
+  c.z_max_m = 200;
+  ASSERT_FALSE(MapBuilder::check(c, rig_));
+  EXPECT_EQ(MapBuilder::check(c, rig_).error().code, ErrorCode::kConfiguration);
+  c.z_max_m = 0;
+  c.rangefinder_max_m = 10'000;
+  EXPECT_FALSE(MapBuilder::check(c, rig_));
 }
 
 TEST_F(MapBuilderTest, ASavedMapGoesOnWhereItStopped) {
@@ -181,18 +183,107 @@ TEST_F(MapBuilderTest, ASavedMapGoesOnWhereItStopped) {
   builder_.step(clock_.now());
   MapStore store(folder / "state");
   store.note_changes(builder_);
-  ASSERT_TRUE(store.save(builder_, {77, 5, builder_.account()}));
+  ASSERT_TRUE(store.save(builder_, {true, 5, builder_.account()}));
+  ASSERT_TRUE(store.finish());
   MapBuilder again(config(), rig_);
   const auto state = store.load(again);
   ASSERT_TRUE(state) << state.error().text();
-  EXPECT_EQ(state->map_id, 77U);
+  EXPECT_TRUE(state->found);
   EXPECT_EQ(state->revision, 5U);
   EXPECT_EQ(again.account().last_frame, 3);
+  EXPECT_EQ(again.age(), builder_.age());
   EXPECT_EQ(again.map().tiles().size(), builder_.map().tiles().size());
   MapperConfig other = config();
   other.voxel_m = 0.1;
   MapBuilder coarse(other, rig_);
   EXPECT_FALSE(store.load(coarse));
+}
+
+TEST_F(MapBuilderTest, WhatIsNotSeenAgainIsForgotten) {
+  MapperConfig c = config();
+  c.forget_s = 10;
+  MapBuilder builder(c, rig_);
+  for (TimeNs t = kT0 - kNsPerSecond; t <= kT0 + kNsPerSecond; t += 50 * kMs) {
+    builder.add_position(Axis::kCart, 9, t, 1.0);
+    builder.add_position(Axis::kTrolley, 9, t, 2.0);
+  }
+  for (int i = 0; i < 3; ++i) {
+    builder.add_cloud(cloud(std::uint64_t(i), kT0 + i * 100 * kMs), clock_.now());
+    ASSERT_TRUE(builder.step(clock_.now()));
+  }
+  const auto column = [&] {
+    const Tile& tile = *builder.map().find({0, 1});
+    return tile_heights(builder.map(), tile, 0.075)[10 * 32 + 20];
+  };
+  EXPECT_EQ(floor_at(builder.map(), 1, 2), Occupancy::kOccupied);
+  EXPECT_EQ(builder.map().at(20, 40, 20), Occupancy::kFree);
+  for (int s = 0; s < 8; ++s) {  // the camera is silent; time is not
+    clock_.advance(std::chrono::seconds(1));
+    builder.rest(clock_.now());
+  }
+  EXPECT_EQ(column().state, ColumnState::kFloor);
+  for (int s = 0; s < 4; ++s) {
+    clock_.advance(std::chrono::seconds(1));
+    builder.rest(clock_.now());
+  }
+  EXPECT_EQ(floor_at(builder.map(), 1, 2), Occupancy::kUnknown);
+  EXPECT_EQ(builder.map().at(20, 40, 20), Occupancy::kUnknown) << "never free, never occupied";
+  EXPECT_EQ(column().state, ColumnState::kStale);
+  EXPECT_EQ(column().last_observed, kT0 + 200 * kMs);
+}
+
+TEST_F(MapBuilderTest, HookAndLoadAreCutOutAndWhatTheyPassedIsProvenFree) {
+  HoistConfig hoist;
+  hoist.enabled = true;
+  hoist.offset_y_m = 0.5;
+  hoist.hook_x_m = hoist.hook_y_m = 0.2;
+  hoist.hook_z_m = 0.2;
+  hoist.margin_m = 0.05;
+  hoist.sway_m = 0;
+  hoist.accuracy_m = 0.02;
+  MapBuilder builder(config(), rig_, hoist);
+  for (TimeNs t = kT0 - kNsPerSecond; t <= kT0 + kNsPerSecond; t += 50 * kMs) {
+    builder.add_position(Axis::kCart, 9, t, 1.0);
+    builder.add_position(Axis::kTrolley, 9, t, 2.0);
+    HoistReading r;  // a load going down through z = 0.9 .. 0.5
+    r.time = t;
+    r.hook_height_m = 1.1 - 0.2 * double(t - kT0 + kNsPerSecond) / double(2 * kNsPerSecond);
+    r.sling_m = 0.1;
+    r.load_size_m = {0.4, 0.4, 0.3};
+    builder.add_hoist(r);
+  }
+  // Everything the camera sees is at the load's height: none of it may become an obstacle there.
+  for (int i = 0; i < 4; ++i) {
+    CloudSample c = cloud(std::uint64_t(i), kT0 + i * 100 * kMs);
+    builder.add_cloud(std::move(c), clock_.now());
+    ASSERT_TRUE(builder.step(clock_.now()));
+  }
+  EXPECT_EQ(builder.hoist(), HoistKnown::kKnown);
+  // Below the load nothing was seen; beside it the floor was.
+  EXPECT_EQ(floor_at(builder.map(), 1.0, 2.8), Occupancy::kUnknown);
+  EXPECT_EQ(floor_at(builder.map(), 2.0, 2.0), Occupancy::kOccupied);
+  EXPECT_EQ(builder.map().at(20, 50, 14), Occupancy::kFree) << "the load was here";
+  const Tile& tile = *builder.map().find({0, 1});
+  const ColumnHeight proven = tile_heights(builder.map(), tile, 0.075)[18 * 32 + 20];
+  EXPECT_NEAR(proven.proven_m, 0.55, 1e-6);
+  EXPECT_FALSE(std::isfinite(tile_heights(builder.map(), tile, 0.075)[18 * 32 + 5].proven_m));
+}
+
+TEST_F(MapBuilderTest, WithoutHoistStateAllBelowTheTrolleyIsUnknownAndSaid) {
+  HoistConfig hoist;
+  hoist.enabled = true;
+  hoist.largest_load_m = 0.5;
+  MapBuilder builder(config(), rig_, hoist);
+  for (TimeNs t = kT0 - kNsPerSecond; t <= kT0 + kNsPerSecond; t += 50 * kMs) {
+    builder.add_position(Axis::kCart, 9, t, 1.0);
+    builder.add_position(Axis::kTrolley, 9, t, 2.0);
+  }
+  builder.add_cloud(cloud(0, kT0), clock_.now());
+  EXPECT_FALSE(builder.step(clock_.now())) << "waits for a hoist state";
+  clock_.advance(std::chrono::milliseconds(301));
+  EXPECT_TRUE(builder.step(clock_.now()));
+  EXPECT_EQ(builder.hoist(), HoistKnown::kLost);
+  EXPECT_EQ(floor_at(builder.map(), 1.0, 2.0), Occupancy::kUnknown);
 }
 
 TEST_F(MapBuilderTest, AnUnwritableFolderIsNamed) {

@@ -2,6 +2,7 @@
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <random>
@@ -17,8 +18,12 @@ namespace crane {
 namespace {
 
 /// Random voxels in a few tiles on both sides of zero, with runs that prune.
-OccupancyMap random_map(unsigned seed) {
-  OccupancyMap map(0.05, 1U << 30U);
+struct RandomMap : OccupancyMap {
+  explicit RandomMap(unsigned seed) : OccupancyMap(0.05, 1U << 30U) { fill(*this, seed); }
+  static void fill(OccupancyMap& map, unsigned seed);
+};
+
+void RandomMap::fill(OccupancyMap& map, unsigned seed) {
   std::mt19937 random(seed);
   for (const TileKey key : {TileKey{0, 0}, TileKey{-1, 0}, TileKey{3, -2}})
     for (int bz : {-1, 0, 2}) {
@@ -33,7 +38,6 @@ OccupancyMap random_map(unsigned seed) {
       }
       map.observe_surface(block, 5, bz * 32, bz * 32 * 0.05 + 0.03, 200, 100, 50);
     }
-  return map;
 }
 
 void write(const std::string& path, const Bytes& bytes) {
@@ -64,7 +68,7 @@ TEST(Crc32c, HasTheStandardCheckValue) {
 }
 
 TEST(OctreeStream, OctomapReadsTheBtVoxelForVoxel) {
-  const OccupancyMap map = random_map(1);
+  const RandomMap map(1);
   const test::TempFolder folder;
   write(folder / "map.bt", write_bt(map));
   octomap::OcTree tree(1);
@@ -78,7 +82,7 @@ TEST(OctreeStream, OctomapReadsTheBtVoxelForVoxel) {
 }
 
 TEST(OctreeStream, OctomapReadsTheColourOtVoxelForVoxelWithItsColours) {
-  const OccupancyMap map = random_map(2);
+  const RandomMap map(2);
   const test::TempFolder folder;
   write(folder / "map.ot", write_colour_ot(map));
   const std::unique_ptr<octomap::AbstractOcTree> any(
@@ -96,7 +100,7 @@ TEST(OctreeStream, OctomapReadsTheColourOtVoxelForVoxelWithItsColours) {
 }
 
 TEST(OctreeStream, WhatIsWrittenAgainAfterChangesIsTheSameAsWrittenAnew) {
-  OccupancyMap map = random_map(6);
+  RandomMap map(6);
   BtWriter writer;
   EXPECT_EQ(writer.write(map), write_bt(map));
   std::mt19937 random(6);
@@ -124,9 +128,10 @@ TEST(OctreeStream, AnEmptyMapIsAnEmptyTree) {
 }
 
 TEST(TileCodec, RoundTrips) {
-  const OccupancyMap map = random_map(3);
+  const RandomMap map(3);
   for (const Tile* tile : map.tiles()) {
-    const auto decoded = decode_tile(encode_tile(*tile));
+    EXPECT_EQ(known_bands(*tile), std::vector<int>{0});
+    const auto decoded = decode_tile(encode_tile(*tile, 0), 0);
     ASSERT_TRUE(decoded) << decoded.error().text();
     EXPECT_EQ(decoded->blocks.size(), tile->blocks.size());
     for (const auto& [bz, block] : tile->blocks)
@@ -135,45 +140,85 @@ TEST(TileCodec, RoundTrips) {
   }
 }
 
+TEST(TileCodec, BandsOfSevenBlocksBeginBelowTheFloorAndHoldEveryBlockOnce) {
+  EXPECT_EQ(band_of(-1), 0);
+  EXPECT_EQ(band_of(5), 0);
+  EXPECT_EQ(band_of(6), 1);
+  for (int bz = -50; bz < 50; ++bz) {
+    EXPECT_GE(bz, first_block(band_of(bz)));
+    EXPECT_LT(bz, first_block(band_of(bz) + 1));
+  }
+}
+
+TEST(TileCodec, TheWorstTileFitsAUdpDatagram) {
+  OccupancyMap map(0.05, 1U << 30U);
+  std::mt19937 random(9);
+  Tile& tile = map.tile({0, 0});
+  for (int bz = -9; bz < 9; ++bz)
+    for (std::int8_t& v : map.block(tile, bz)->log_odds)
+      v = static_cast<std::int8_t>(random() % 3 == 0 ? 0 : random() % 2 == 0 ? kHit : kMiss);
+  EXPECT_EQ(known_bands(tile), (std::vector<int>{-2, -1, 0, 1}));
+  for (const int band : known_bands(tile)) {
+    const Bytes bytes = encode_tile(tile, band);
+    EXPECT_LE(bytes.size(), 61'440U);
+    EXPECT_TRUE(decode_tile(bytes, band));
+    EXPECT_FALSE(decode_tile(bytes, band + 1)) << "blocks of another band";
+  }
+}
+
 TEST(TileCodec, HeightsRoundTripToATenthOfAMillimetre) {
   TileHeights heights{};
   heights[7] = {1.23456, 0.01, ColumnState::kObstacle, 1'700'000'000 * kNsPerSecond};
-  heights[8] = {-0.05, 0.002, ColumnState::kFloor, 5 * kNsPerSecond};
+  heights[8] = {-0.05, 0.002, ColumnState::kFloor, 5 * kNsPerSecond, 0.4};
+  heights[9].state = ColumnState::kStale;
   const auto back = decode_heights(encode_heights(heights));
   ASSERT_TRUE(back);
   EXPECT_NEAR((*back)[7].height_m, 1.2346, 1e-9);
   EXPECT_EQ((*back)[7].last_observed, 1'700'000'000 * kNsPerSecond);
   EXPECT_NEAR((*back)[8].height_m, -0.05, 1e-9);
   EXPECT_EQ((*back)[0].state, ColumnState::kUnknown);
+  EXPECT_EQ((*back)[9].state, ColumnState::kStale);
+  EXPECT_NEAR((*back)[8].proven_m, 0.4, 1e-9);
+  EXPECT_FALSE(std::isfinite((*back)[7].proven_m));
 }
 
 TEST(TileCodec, RefusesDamageWithoutTakingMemory) {
-  const OccupancyMap map = random_map(4);
-  const Bytes good = encode_tile(*map.tiles()[0]);
+  const RandomMap map(4);
+  const Bytes good = encode_tile(*map.tiles()[0], 0);
   for (std::size_t size = 0; size < good.size(); size += 97)
-    EXPECT_FALSE(decode_tile(std::span(good).first(size)));
+    EXPECT_FALSE(decode_tile(std::span(good).first(size), 0));
   EXPECT_FALSE(decode_heights(good));
   // A frame that claims 1 TiB
   const Bytes bomb = {0x28, 0xB5, 0x2F, 0xFD, 0xE0, 0, 0, 0, 0, 0, 1, 0, 0};
-  EXPECT_FALSE(decode_tile(bomb));
+  EXPECT_FALSE(decode_tile(bomb, 0));
 }
 
 TEST(TileSnapshot, RestoresEverything) {
-  const OccupancyMap map = random_map(5);
+  const RandomMap map(5);
   OccupancyMap back(0.05, 1U << 30U);
-  for (const Tile* tile : map.tiles()) ASSERT_TRUE(read_snapshot(write_snapshot(*tile), back));
+  for (const Tile* tile : map.tiles())
+    ASSERT_TRUE(read_snapshot(pack_snapshot(tile_bytes(*tile)), back));
   EXPECT_EQ(write_bt(back), write_bt(map));
   EXPECT_EQ(write_colour_ot(back), write_colour_ot(map));
-  Bytes damaged = write_snapshot(*map.tiles()[0]);
+  Bytes damaged = pack_snapshot(tile_bytes(*map.tiles()[0]));
   damaged[damaged.size() / 2] ^= 1U;
   EXPECT_FALSE(read_snapshot(damaged, back));
 }
 
 TEST(TileDigest, DependsOnPlaceAndContentButNotOnOrder) {
-  EXPECT_NE(tile_digest({1, 2}, 3), tile_digest({2, 1}, 3));
-  EXPECT_NE(tile_digest({1, 2}, 3), tile_digest({1, 2}, 4));
-  EXPECT_EQ(tile_digest({1, 2}, 3) + tile_digest({5, 6}, 7),
-            tile_digest({5, 6}, 7) + tile_digest({1, 2}, 3));
+  EXPECT_NE(tile_digest({1, 2, 0}, 3), tile_digest({2, 1, 0}, 3));
+  EXPECT_NE(tile_digest({1, 2, 0}, 3), tile_digest({1, 2, 1}, 3));
+  EXPECT_NE(tile_digest({1, 2, 0}, 3), tile_digest({1, 2, 0}, 4));
+  BucketDigests a, b;
+  a.add({1, 2, 0}, 3);
+  a.add({-5, 6, 0}, 7);
+  b.add({-5, 6, 0}, 7);
+  b.add({-5, 6, 1}, 8);
+  b.add({1, 2, 0}, 3);
+  EXPECT_NE(a.all, b.all);
+  b.remove({-5, 6, 1}, 8);
+  EXPECT_EQ(a.all, b.all);
+  EXPECT_EQ(a.buckets, b.buckets);
 }
 
 }  // namespace

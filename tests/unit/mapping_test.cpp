@@ -5,9 +5,12 @@
 #include <random>
 #include <set>
 
+#include "mapping/forgetting.hpp"
 #include "mapping/heights.hpp"
+#include "mapping/hoist_mask.hpp"
 #include "mapping/map_judge.hpp"
 #include "mapping/projective_integrator.hpp"
+#include "mapping/proven_space.hpp"
 #include "sim/renderer.hpp"
 
 namespace crane {
@@ -120,6 +123,102 @@ TEST(ProjectiveIntegrator, AnObstacleThatLeftIsClearedWithinThreeObservations) {
   integrator.integrate(with.frame, 1, map);
   for (int i = 0; i < 3; ++i) integrator.integrate(without.frame, 2 + i, map);
   EXPECT_EQ(map.at(map.index(0.01), map.index(0.01), map.index(0.5001)), Occupancy::kFree);
+}
+
+TEST(ProjectiveIntegrator, WhatWasThereLongIsClearedAsSoonAndWhatComesIsSeenAsSoon) {
+  const View with(2.0, 0.5);
+  const View without(2.0, 0);
+  OccupancyMap map(0.05, kPlenty);
+  ProjectiveIntegrator integrator({-0.3, 1.8});
+  const auto top = [&] { return map.at(map.index(0.01), map.index(0.01), map.index(0.5001)); };
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 40; ++i) integrator.integrate(without.frame, i, map);
+    EXPECT_EQ(top(), Occupancy::kFree);
+    integrator.integrate(with.frame, 50, map);
+    EXPECT_NE(top(), Occupancy::kOccupied) << "one frame is no obstacle where others saw through";
+    EXPECT_NE(top(), Occupancy::kFree) << "but no longer free";
+    for (int i = 0; i < 2; ++i) integrator.integrate(with.frame, 60 + i, map);
+    EXPECT_EQ(top(), Occupancy::kOccupied);
+    for (int i = 0; i < 40; ++i) integrator.integrate(with.frame, 70 + i, map);
+    integrator.integrate(without.frame, 120, map);
+    EXPECT_EQ(top(), Occupancy::kOccupied) << "one frame clears nothing";
+    for (int i = 0; i < 2; ++i) integrator.integrate(without.frame, 130 + i, map);
+    EXPECT_EQ(top(), Occupancy::kFree);
+  }
+}
+
+TEST(ProjectiveIntegrator, CubesLeftOutBecauseTheyAreSettledAreNotForgottenWhileSeen) {
+  const View view(2.0, 0.5);
+  OccupancyMap map(0.05, kPlenty);
+  ProjectiveIntegrator integrator({-0.3, 1.8});
+  Forgetting forgetting(100);  // an epoch is a second
+  TimeNs time = kNsPerSecond;
+  for (; time < 400 * kNsPerSecond; time += kNsPerSecond / 2) {
+    forgetting.advance(time, map);
+    integrator.integrate(view.frame, time, map);
+  }
+  EXPECT_EQ(forgetting.forgotten_voxels(), 0U);
+  EXPECT_EQ(map.at(map.index(0.5), map.index(0.5), map.index(0.4)), Occupancy::kFree);
+  for (; time < 515 * kNsPerSecond; time += kNsPerSecond / 2) forgetting.advance(time, map);
+  EXPECT_EQ(map.at(map.index(0.5), map.index(0.5), map.index(0.4)), Occupancy::kUnknown);
+}
+
+TEST(Epoch, AgesAreRightAcrossTheEndOfAByte) {
+  for (std::uint64_t seen = 0; seen < 600; seen += 7)
+    for (std::uint64_t later = 0; later < 255; ++later)
+      ASSERT_EQ(age(epoch_of(seen), epoch_of(seen + later)), later) << seen;
+}
+
+TEST(HoistMask, TakesTheRaysThatPassABodyAndNoOthers) {
+  View view(3.0, 0);
+  // A box 1 m wide, 1 m below the camera: half a metre at z = 1 is 150 px.
+  const UprightBox box{{0, 0, 2.1}, {0.5, 0.25, 0.1}, 0};
+  std::vector<float> depth = view.depth;
+  DepthFrame frame = view.frame;
+  frame.depth_m = depth.data();
+  const std::size_t masked = mask_bodies({box.corners({0, 0, 0})}, frame, depth);
+  std::size_t wrong = 0, expected = 0;
+  for (std::uint32_t v = 0; v < frame.height; ++v)
+    for (std::uint32_t u = 0; u < frame.width; ++u) {
+      bool hit = false;  // slow reference: march along the ray
+      const double x = (u - frame.cx_px) / frame.f_px, y = (v - frame.cy_px) / frame.f_px;
+      for (double z = 0.7; z < 1.1; z += 0.005)
+        hit |= std::abs(x * z) < 0.5 && std::abs(y * z) < 0.25 && std::abs(3 - z - 2.1) < 0.1;
+      expected += hit ? 1 : 0;
+      wrong += hit && depth[std::size_t(v) * frame.width + u] > 0 ? 1 : 0;
+    }
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_LT(double(masked), 1.05 * double(expected));
+  // A body around the camera covers everything.
+  EXPECT_EQ(mask_bodies({UprightBox{{0, 0, 3}, {1, 1, 1}, 0.3}.corners({0, 0, 0})}, frame, depth),
+            depth.size() - masked);
+}
+
+TEST(ProvenSpace, IsWhatTheBoxPassedAndNothingOutside) {
+  OccupancyMap map(0.05, kPlenty);
+  const UprightBox from{{0, 0, 1}, {0.5, 0.2, 0.25}, 0.4};
+  UprightBox to = from;
+  to.centre.x() = 1.2;
+  prove_swept(from, to, 0.02, map);
+  const double c = std::cos(0.4), s = std::sin(0.4);
+  std::size_t inside_proven = 0, inside = 0;
+  for (int z = map.index(0.5); z < map.index(1.5); ++z)
+    for (int y = map.index(-1.0); y < map.index(1.0); ++y)
+      for (int x = map.index(-1.0); x < map.index(2.5); ++x) {
+        const bool free = map.at(x, y, z) == Occupancy::kFree;
+        bool passed = false;
+        for (double at = 0; at <= 1.2; at += 0.005) {
+          const double dx = map.centre(x) - at, dy = map.centre(y);
+          passed |= std::abs(c * dx + s * dy) < 0.5 && std::abs(c * dy - s * dx) < 0.2 &&
+                    std::abs(map.centre(z) - 1) < 0.25;
+        }
+        if (free) ASSERT_TRUE(passed) << x << " " << y << " " << z;
+        inside += passed ? 1 : 0;
+        inside_proven += free ? 1 : 0;
+      }
+  EXPECT_GT(double(inside_proven), 0.55 * double(inside));
+  const Tile& tile = *map.find({0, 0});
+  EXPECT_EQ(tile.columns[0].proven_z, 16);
 }
 
 TEST(ProjectiveIntegrator, TheMemoryLimitIsKeptAndCounted) {

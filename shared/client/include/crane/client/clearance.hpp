@@ -43,7 +43,8 @@ enum class Reason {
   kBadQuery,    ///< text says what
   kObstacle,    ///< something stands in the way
   kUnknown,     ///< part of the way was never seen: unknown is not free
-  kStale,       ///< part of it was seen longer ago than max_age_s
+  kStale,       ///< part of it was seen longer ago than max_age_s, or is forgotten
+  kZone,        ///< a no-go zone
 };
 
 struct Clearance {
@@ -57,6 +58,8 @@ struct Clearance {
   double oldest_age_s = 0;      ///< of the columns under the swept area; -1 = one was never seen
   double unknown_fraction = 0;  ///< share of the swept columns with anything unknown, or stale
   std::uint64_t columns = 0;    ///< swept
+  bool slow_down = false;       ///< part of the way is in a slow-down zone
+  std::uint32_t zone = 0;       ///< the no-go zone of kZone, else a slow-down zone; 0 = none
   std::uint64_t map_id = 0, revision = 0;  ///< of the map that the answer is made of
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "crane/client/clearance.hpp"
+#include "crane/client/zone.hpp"
 
 namespace crane::client {
 
@@ -29,25 +30,34 @@ struct Status {
   bool heard = false;     ///< any heartbeat at all
   bool alive = false;     ///< a heartbeat within the last second
   bool valid = false;     ///< alive, and clouds and positions are fresh
-  bool complete = false;  ///< all tiles of the said revision are here (digests agree)
+  bool complete = false;  ///< all tiles and zones of the said revision are here (digests agree)
   std::string reason;     ///< why not valid
   std::uint64_t map_id = 0, revision = 0;
   std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
-  std::uint32_t tiles = 0;                            ///< held here
+  std::uint32_t tiles = 0;                            ///< of voxels, held here
+  std::uint64_t zones_revision = 0;                   ///< of the zones held here
   double voxel_m = 0;
   std::uint64_t stream = 0, last_frame = 0;
   std::int64_t last_frame_time_ns = 0;  ///< 0 = no frame accounted for yet
   std::uint64_t frames_integrated = 0, frames_rejected = 0, frames_missing = 0;
-  std::uint64_t samples_refused = 0;  ///< tiles that failed a check; never used
+  enum class Hoist { kNotUsed, kKnown, kLost };
+  Hoist hoist = Hoist::kNotUsed;      ///< what the mapper knows of hook and load
+  double forget_s = 0;                ///< what is not seen again for so long is unknown; 0 = never
+  std::uint64_t samples_refused = 0;  ///< samples that failed a check; never used
+  std::uint64_t resyncs = 0;          ///< times that missing tiles were asked for again
 };
 
-enum class Surface { kUnknown, kFloor, kObstacle };
+/// kStale: it was seen, but not again for too long; as unknown as what was never seen.
+enum class Surface { kUnknown, kFloor, kObstacle, kStale };
 
 /// The highest surface over one point of the floor. Unknown is not free.
 struct Height {
   Surface surface = Surface::kUnknown;
   double height_m = 0, spread_m = 0;
   std::int64_t last_observed_ns = 0;  ///< to 1 s; 0 = never
+  /// Hook or load have been here, down to proven_m, since a surface was last seen higher.
+  bool proven_by_hook = false;
+  double proven_m = 0;
 };
 
 /// Heights of all that is held, as a grid; row 0 has the lowest y.
@@ -55,6 +65,13 @@ struct HeightGrid {
   double cell_m = 0, origin_x_m = 0, origin_y_m = 0;
   std::uint32_t columns = 0, rows = 0;
   std::vector<Height> cells;
+};
+
+/// What one batch of samples changed.
+struct Update {
+  std::uint64_t map_id = 0, revision = 0;  ///< as the mapper last said
+  bool valid = false, complete = false;    ///< as in Status
+  std::vector<Area> areas;                 ///< of the tiles that changed
 };
 
 /// Follows one crane's map. Late joiners get the whole current map. Thread-safe; queries never
@@ -83,6 +100,16 @@ class Map {
     std::uint64_t occupied = 0, free = 0;
   };
   [[nodiscard]] VoxelCount count_voxels() const;
+  /// As the mapper has them, active or not.
+  [[nodiscard]] std::vector<Zone> zones() const;
+
+  /// Called after each batch of changes, by the thread that follows the map: it may ask this map
+  /// anything, and should be quick. One callback; an empty one ends it. When this returns, the old
+  /// one is not running any more (unless called from within it).
+  void on_update(std::function<void(const Update&)> callback);
+
+  /// Writes what is held as OctoMap's .bt file; false and the reason in `error` when that fails.
+  [[nodiscard]] bool save_bt(const std::string& path, std::string& error) const;
 
  private:
   struct Impl;

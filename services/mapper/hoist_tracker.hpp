@@ -1,0 +1,54 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "config/site_config.hpp"
+#include "geometry/position_track.hpp"
+#include "mapping/hoist.hpp"
+#include "mapping/occupancy_map.hpp"
+
+namespace crane {
+
+/// What is known of hook and load at an exposure.
+enum class HoistKnown { kNotUsed, kKnown, kLost };
+
+HoistGeometry hoist_geometry(const HoistConfig& config, double camera_height_m);
+
+/// Follows hook and load as the controller says they are: what to cut out of a cloud, and what is
+/// proven free because they were there. One thread.
+class HoistTracker {
+ public:
+  HoistTracker(const HoistConfig& config, double camera_height_m);
+
+  [[nodiscard]] bool used() const { return config_.enabled; }
+  [[nodiscard]] int max_gap_ms() const { return config_.max_gap_ms; }
+  /// Later than the last one, or nothing happens. What the controller calls failed is not added.
+  void add(const HoistReading& reading);
+  /// Whether a reading as late as the exposure has come.
+  [[nodiscard]] bool reaches(TimeNs exposure) const;
+  [[nodiscard]] HoistKnown known_at(TimeNs exposure) const;
+  /// What may be rope, hook or load at an exposure, by the readings before and after it.
+  [[nodiscard]] Bodies bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const;
+  /// Marks what hook and load have passed since the last call, as far as positions are known.
+  /// Returns the number of voxels.
+  std::size_t prove(const PositionTrack& cart, const PositionTrack& trolley,
+                    std::chrono::nanoseconds max_gap, OccupancyMap& map);
+
+ private:
+  struct Boxes {
+    HoistReading reading;
+    UprightBox hook, load;
+  };
+  [[nodiscard]] TimeNs max_gap() const { return TimeNs(config_.max_gap_ms) * 1'000'000; }
+  /// The last reading at or before a time.
+  [[nodiscard]] std::deque<HoistReading>::const_iterator before(TimeNs time) const;
+
+  HoistConfig config_;
+  HoistGeometry geometry_;
+  std::deque<HoistReading> readings_;
+  std::deque<HoistReading> unproven_;
+  std::optional<Boxes> last_;
+};
+
+}  // namespace crane
