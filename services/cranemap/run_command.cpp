@@ -62,8 +62,11 @@ class Run {
 
  private:
   Result<void> prepare() {
-    if (!options_.config.empty()) {
-      auto read = read_site_config(options_.config);
+    // A recording may know its crane.
+    const std::string own = options_.recording + "/site.yaml";
+    const std::string file = options_.config.empty() && fs::exists(own) ? own : options_.config;
+    if (!file.empty()) {
+      auto read = read_site_config(file);
       if (!read) return read.error();
       config_ = *read;
     }
@@ -277,7 +280,9 @@ void add_common(CLI::App& command, Options& o) {
       ->check(CLI::IsMember({"default", "paper"}));
   command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
       ->capture_default_str();
-  command.add_option("--config", o.config, "Site configuration (YAML) for all services");
+  command.add_option(
+      "--config", o.config,
+      "Site configuration (YAML) for all services; else site.yaml of the recording, if any");
   command.add_option("--domain", o.domain, "DDS domain, over that of --config")
       ->check(CLI::Range(0, 232));
   command.add_option("--transport", o.transport, "auto or udp, over that of --config")

@@ -13,25 +13,30 @@ namespace {
 
 using namespace std::chrono_literals;
 
+/// Of a rangefinder, or of the controller.
 struct Reading {
   TimeNs time;
-  double distance_m;
-  std::uint32_t axis;
+  double distance_m = 0;
+  std::uint32_t axis = 0;
+  const HoistReading* hoist = nullptr;
 };
 
 class Player {
  public:
   Player(ServiceContext& context, const PlayOptions& options, Recording recording, PlayRate rate,
-         dds::Writer<dds::RangefinderPositionTopic> writer)
+         dds::Writer<dds::RangefinderPositionTopic> writer,
+         dds::Writer<dds::HoistStateTopic> hoist_writer)
       : context_(context),
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
-        writer_(std::move(writer)) {
+        writer_(std::move(writer)),
+        hoist_writer_(std::move(hoist_writer)) {
     for (const RecordedDistance& d : recording_.cart())
       readings_.push_back({d.time, d.distance_m, v1::AXIS_CART});
     for (const RecordedDistance& d : recording_.trolley())
       readings_.push_back({d.time, d.distance_m, v1::AXIS_TROLLEY});
+    for (const HoistReading& h : recording_.hoist()) readings_.push_back({h.time, 0, 0, &h});
     std::stable_sort(readings_.begin(), readings_.end(),
                      [](const Reading& a, const Reading& b) { return a.time < b.time; });
   }
@@ -117,6 +122,7 @@ class Player {
   }
 
   void send(const Reading& r, TimeNs time) {
+    if (r.hoist != nullptr) return send(*r.hoist, time);
     if (!std::isfinite(r.distance_m)) {
       // Said to be failed rather than left out: the mapper then knows why there is a gap.
       status().dropped.add("device gave no distance");
@@ -135,12 +141,34 @@ class Player {
     if (std::isfinite(r.distance_m) && !in_range) status().dropped.add("beyond the device's range");
     sample.device_status(in_range ? v1::STATUS_OK : v1::STATUS_FAILED);
     ++status().received;
-    if (auto sent = writer_.write(sample); !sent) {
-      status().dropped.add("not accepted by DDS");
-      log_warning(sent.error().text());
+    count(writer_.write(sample));
+  }
+
+  void send(const HoistReading& r, TimeNs time) {
+    v1::HoistState sample;
+    sample.crane(context_.participant->settings().crane);
+    sample.sequence_number(hoist_sequence_++);
+    sample.time_ns(time);
+    sample.hook_height_m(r.hook_height_m);
+    sample.sling_m(r.sling_m);
+    sample.load_size_x_m(r.load_size_m.x());
+    sample.load_size_y_m(r.load_size_m.y());
+    sample.load_size_z_m(r.load_size_m.z());
+    sample.load_yaw_rad(r.load_yaw_rad);
+    sample.sway_x_m(r.sway_m.x());
+    sample.sway_y_m(r.sway_m.y());
+    sample.status(v1::STATUS_OK);
+    ++status().received;
+    count(hoist_writer_.write(sample));
+  }
+
+  void count(const Result<void>& sent) {
+    if (sent) {
+      ++status().published;
       return;
     }
-    ++status().published;
+    status().dropped.add("not accepted by DDS");
+    log_warning(sent.error().text());
   }
 
   ServiceContext& context_;
@@ -148,18 +176,21 @@ class Player {
   Recording recording_;
   PlayRate rate_;
   dds::Writer<dds::RangefinderPositionTopic> writer_;
+  dds::Writer<dds::HoistStateTopic> hoist_writer_;
   std::vector<Reading> readings_;
-  std::uint64_t sequence_[2] = {0, 0};
+  std::uint64_t sequence_[2] = {0, 0}, hoist_sequence_ = 0;
 };
 
 }  // namespace
 
 int run_rangefinder(int argc, char** argv) {
   PlayOptions options;
-  const ServiceInfo info{"cranemap-rangefinder",
-                         "Plays cart and trolley of a recording as topic rangefinder_position.\n"
-                         "Example: cranemap-rangefinder RECORDING --rate real",
-                         v1::SERVICE_RANGEFINDER};
+  const ServiceInfo info{
+      "cranemap-rangefinder",
+      "Plays cart and trolley of a recording as topic rangefinder_position, and where "
+      "it has hoist0,\nthat as hoist_state in place of the controller.\n"
+      "Example: cranemap-rangefinder RECORDING --rate real",
+      v1::SERVICE_RANGEFINDER};
   return run_service(
       argc, argv, info, [&](CLI::App& app) { add_play_options(app, options); },
       [&](ServiceContext& context) -> Result<void> {
@@ -169,7 +200,11 @@ int run_rangefinder(int argc, char** argv) {
         if (!rate) return rate.error();
         auto writer = dds::Writer<dds::RangefinderPositionTopic>::create(context.participant);
         if (!writer) return writer.error();
-        return Player(context, options, std::move(*recording), *rate, std::move(*writer)).play();
+        auto hoist = dds::Writer<dds::HoistStateTopic>::create(context.participant);
+        if (!hoist) return hoist.error();
+        return Player(context, options, std::move(*recording), *rate, std::move(*writer),
+                      std::move(*hoist))
+            .play();
       });
 }
 

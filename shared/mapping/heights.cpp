@@ -5,16 +5,27 @@ namespace {
 
 constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::min();
 
-/// The highest occupied voxel of each column, layer by layer from above: 1024 columns at once.
-std::array<std::int16_t, kTileColumns> tops(const Tile& tile) {
-  std::array<std::int16_t, kTileColumns> top;
-  top.fill(kNone);
+/// Of each column: the highest occupied voxel, and the highest that something was seen in which is
+/// not believed yet, or no more.
+struct Tops {
+  std::array<std::int16_t, kTileColumns> occupied, contested;
+};
+
+/// Layer by layer from above: 1024 columns at once.
+Tops tops(const Tile& tile) {
+  Tops top;
+  top.occupied.fill(kNone);
+  top.contested.fill(kNone);
   for (auto it = tile.blocks.rbegin(); it != tile.blocks.rend(); ++it)
     for (int z = kTileEdge - 1; z >= 0; --z) {
       const auto voxel_z = static_cast<std::int16_t>(it->first * kTileEdge + z);
       const std::int8_t* layer = it->second->log_odds.data() + z * kTileColumns;
-      for (std::size_t c = 0; c < kTileColumns; ++c)
-        top[c] = layer[c] >= kBelieved && top[c] == kNone ? voxel_z : top[c];
+      for (std::size_t c = 0; c < kTileColumns; ++c) {
+        const bool believed = layer[c] >= kBelieved;
+        const bool seen = layer[c] > 0 && !believed;
+        top.occupied[c] = believed && top.occupied[c] == kNone ? voxel_z : top.occupied[c];
+        top.contested[c] = seen && top.contested[c] == kNone ? voxel_z : top.contested[c];
+      }
     }
   return top;
 }
@@ -25,12 +36,15 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
                                                     double tolerance_m) {
   std::array<ColumnHeight, kTileColumns> out;
   const double voxel = map.voxel_m();
-  const auto top = tops(tile);
+  const Tops all = tops(tile);
+  const auto& top = all.occupied;
   for (std::size_t column = 0; column < kTileColumns; ++column) {
     ColumnHeight& c = out[column];
     const Column& known = tile.columns[column];
     c.last_observed = known.last_observed;
     if (known.proven_z != Column::kNotProven) c.proven_m = known.proven_z * voxel;
+    // Something may stand on it: a voxel of noise apart, nobody knows how high it is.
+    if (all.contested[column] > top[column] + 1) continue;
     if (top[column] == kNone) {
       if (known.stale) c.state = ColumnState::kStale;
       continue;

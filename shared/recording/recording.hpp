@@ -6,6 +6,7 @@
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
+#include "geometry/hoist_reading.hpp"
 #include "geometry/stereo_rig.hpp"
 #include "recording/calibration.hpp"
 
@@ -21,7 +22,8 @@ struct RecordedDistance {
   double distance_m = 0;  ///< NaN where the device wrote none
 };
 
-/// A recording in ASL/EuRoC layout: cam0 cam1 cart0 trolley0 rig.yaml [truth]. Images stay on disk.
+/// A recording in ASL/EuRoC layout: cam0 cam1 cart0 trolley0 [hoist0] rig.yaml [site.yaml] [truth].
+/// Images stay on disk.
 class Recording {
  public:
   /// Reads and checks everything but the pixels: calibration, equal left and right counts, pairs
@@ -33,6 +35,8 @@ class Recording {
   [[nodiscard]] const std::vector<RecordedFrame>& frames() const { return frames_; }
   [[nodiscard]] const std::vector<RecordedDistance>& cart() const { return cart_; }
   [[nodiscard]] const std::vector<RecordedDistance>& trolley() const { return trolley_; }
+  /// hoist0: what the controller said of hook and load; empty where there is none.
+  [[nodiscard]] const std::vector<HoistReading>& hoist() const { return hoist_; }
   [[nodiscard]] const RangefinderModel& cart_model() const { return cart_model_; }
   [[nodiscard]] const RangefinderModel& trolley_model() const { return trolley_model_; }
   /// Earliest time of any sensor.
@@ -52,6 +56,7 @@ class Recording {
   StereoRig rig_;
   std::vector<RecordedFrame> frames_;
   std::vector<RecordedDistance> cart_, trolley_;
+  std::vector<HoistReading> hoist_;
   RangefinderModel cart_model_, trolley_model_;
 };
 

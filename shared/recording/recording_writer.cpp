@@ -66,8 +66,27 @@ Result<void> RecordingWriter::add_trolley(TimeNs time, double distance_m) {
   return add_distance(trolley_, folder_ + "/trolley0/data.csv", time, distance_m);
 }
 
+Result<void> RecordingWriter::add_hoist(const HoistReading& r) {
+  const std::string path = folder_ + "/hoist0/data.csv";
+  if (!hoist_.is_open()) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder_ + "/hoist0", failed);
+    hoist_.open(path);
+    hoist_ << "#timestamp [ns],hook height [m],sling [m],load x [m],load y [m],load z [m],"
+              "load yaw [rad],sway x [m],sway y [m]\n";
+  }
+  char line[200];
+  std::snprintf(line, sizeof line, "%lld,%.4f,%.4f,%.4f,%.4f,%.4f,%.5f,%.4f,%.4f\n",
+                static_cast<long long>(r.time), r.hook_height_m, r.sling_m, r.load_size_m.x(),
+                r.load_size_m.y(), r.load_size_m.z(), r.load_yaw_rad, r.sway_m.x(), r.sway_m.y());
+  hoist_ << line;
+  if (!hoist_) return disk_error(path);
+  return {};
+}
+
 Result<void> RecordingWriter::close() {
-  for (std::ofstream* file : {&cam_[0], &cam_[1], &cart_, &trolley_}) {
+  for (std::ofstream* file : {&cam_[0], &cam_[1], &cart_, &trolley_, &hoist_}) {
+    if (!file->is_open()) continue;
     file->close();
     if (!*file) return disk_error(folder_);
   }

@@ -20,12 +20,14 @@ class RecordingWriter {
                          const std::string& extension);
   Result<void> add_cart(TimeNs time, double distance_m);
   Result<void> add_trolley(TimeNs time, double distance_m);
+  /// The first one makes hoist0.
+  Result<void> add_hoist(const HoistReading& reading);
   /// Flushes; a full disk is an error here at the latest.
   Result<void> close();
 
  private:
   std::string folder_;
-  std::ofstream cam_[2], cart_, trolley_;
+  std::ofstream cam_[2], cart_, trolley_, hoist_;
 };
 
 }  // namespace crane

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <thread>
 
 #include "sim/meshes.hpp"
@@ -122,10 +123,10 @@ struct Renderer::Impl {
   Scene scene;
   RTCDevice device = nullptr;
   RTCScene geometry = nullptr;
-  std::vector<const Material*> materials;  ///< by Embree geometry id
+  std::map<unsigned, const Material*> materials;  ///< by Embree geometry id
   std::vector<Vector3f> left_rays, right_rays;
 
-  void add(const Mesh& mesh, const Material& material) {
+  void add(const Mesh& mesh, const Material& material, unsigned id) {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
@@ -135,9 +136,9 @@ struct Renderer::Impl {
                                 mesh.triangles.size()));
     for (const auto& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
     rtcCommitGeometry(g);
-    rtcAttachGeometry(geometry, g);
+    rtcAttachGeometryByID(geometry, g, id);
     rtcReleaseGeometry(g);
-    materials.push_back(&material);
+    materials[id] = &material;
   }
 
   struct Hit {
@@ -183,7 +184,7 @@ struct Renderer::Impl {
 
   /// Linear light from a surface point towards the eye.
   [[nodiscard]] Vector3f shade(const Vector3f& p, const Vector3f& to_eye, const Hit& hit) const {
-    const Material& m = *materials[hit.id];
+    const Material& m = *materials.at(hit.id);
     Vector3f albedo = m.colour;
     if (m.texture > 0)
       albedo *= 1 + float(m.texture) * texture(p, float(m.grain_m), scene.seed * 1000 + hit.id);
@@ -243,14 +244,23 @@ Renderer::Renderer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
   impl_->scene = scene;
   impl_->device = rtcNewDevice("threads=1");
   expects(impl_->device != nullptr, "Embree starts");
-  impl_->geometry = rtcNewScene(impl_->device);
-  rtcSetSceneFlags(impl_->geometry, RTC_SCENE_FLAG_ROBUST);
-  impl_->add(floor_mesh(kFloorHalf), impl_->scene.materials.at(scene.floor_material));
-  for (const SceneObstacle& o : impl_->scene.obstacles)
-    impl_->add(mesh_of(o), impl_->scene.materials.at(o.material));
-  rtcCommitScene(impl_->geometry);
+  show(obstacles_at(scene, 0));
   impl_->left_rays = camera_rays(scene.camera.rig.left, scene.camera.samples);
   impl_->right_rays = camera_rays(scene.camera.rig.right, scene.camera.samples);
+}
+
+void Renderer::show(const std::vector<std::optional<SceneObstacle>>& obstacles) {
+  Impl& m = *impl_;
+  if (m.geometry != nullptr) rtcReleaseScene(m.geometry);
+  m.geometry = rtcNewScene(m.device);
+  rtcSetSceneFlags(m.geometry, RTC_SCENE_FLAG_ROBUST);
+  m.materials.clear();
+  m.add(floor_mesh(kFloorHalf), m.scene.materials.at(m.scene.floor_material), 0);
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    if (obstacles[i])
+      m.add(mesh_of(*obstacles[i]), m.scene.materials.at(obstacles[i]->material),
+            static_cast<unsigned>(i + 1));
+  rtcCommitScene(m.geometry);
 }
 
 Renderer::~Renderer() = default;

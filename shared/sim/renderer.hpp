@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "recording/image_file.hpp"
@@ -16,6 +17,9 @@ class Renderer {
   explicit Renderer(const Scene& scene);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
+
+  /// What stands and hangs in the scene from now on; each keeps its place in the list.
+  void show(const std::vector<std::optional<SceneObstacle>>& obstacles);
 
   /// One camera's image. `frame` seeds the sensor noise.
   Image render(bool left, double cart_m, double trolley_m, std::uint64_t frame) const;

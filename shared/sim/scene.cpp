@@ -1,5 +1,6 @@
 #include "sim/scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -57,10 +58,17 @@ void read_camera(YamlReader y, SceneCamera& c) {
 
 void read_motion(YamlReader y, SceneMotion& m) {
   int kind = 0;
-  y.choice("kind", {"positions", "lap"}, kind);
-  m.continuous = kind == 1;
+  y.choice("kind", {"positions", "lap", "timed"}, kind);
+  m.continuous = kind != 0;
   for (YamlReader& point : y.items("points")) {
     Eigen::Vector2d p(0, 0);
+    if (kind == 2) {
+      double time = 0;
+      point.number("time_s", time, 0, 36'000, true);
+      if (!m.times_s.empty() && time <= m.times_s.back())
+        point.problem("time_s", "must grow from point to point");
+      m.times_s.push_back(time);
+    }
     point.number("cart", p.x(), -1e4, 1e4, true);
     point.number("trolley", p.y(), -1e4, 1e4, true);
     m.points.push_back(p);
@@ -104,6 +112,8 @@ SceneObstacle read_obstacle(YamlReader& y) {
   y.number("length", s.length_m, 0, 1000);
   y.numbers("size", size, 2);
   y.number("yaw", s.yaw_rad, -10, 10);
+  y.number("from_s", o.from_s, 0, 36'000);
+  y.number("until_s", o.until_s, 0, 36'000);
   s.size_x_m = size[0];
   s.size_y_m = size[1];
   if ((s.kind == "box" || s.kind == "chair") && !(size[0] > 0 && size[1] > 0))
@@ -116,7 +126,124 @@ SceneObstacle read_obstacle(YamlReader& y) {
   return o;
 }
 
+/// Nothing where no move is given.
+std::optional<SceneHoist> read_hoist(YamlReader y) {
+  SceneHoist h;
+  std::vector<double> offset = {0, 0};
+  std::vector<double> hook = {0.1, 0.1, 0.15};
+  std::vector<double> load = {0, 0, 0};
+  y.numbers("offset", offset, 2);
+  y.number("rope_top_m", h.rope_top_m, 0.1, 200);
+  y.number("rope_radius_m", h.rope_radius_m, 0.001, 2);
+  y.numbers("hook_size", hook, 3);
+  y.text("material", h.material);
+  y.numbers("load_size", load, 3);
+  y.number("load_yaw", h.load_yaw_rad, -10, 10);
+  y.number("sling_m", h.sling_m, 0, 20);
+  y.text("load_material", h.load_material);
+  y.number("sway_m", h.sway_m, 0, 5);
+  y.number("sway_period_s", h.sway_period_s, 0.1, 60);
+  y.number("rate_hz", h.rate_hz, 0.1, 200);
+  for (YamlReader& item : y.items("moves")) {
+    SceneHoist::Move m;
+    item.number("time_s", m.time_s, 0, 36'000, true);
+    item.number("hook_m", m.hook_m, -10, 200, true);
+    item.flag("load", m.load);
+    if (!h.moves.empty() && m.time_s <= h.moves.back().time_s)
+      item.problem("time_s", "must grow from move to move");
+    h.moves.push_back(m);
+  }
+  if (h.moves.empty()) return std::nullopt;
+  h.offset_m = {offset[0], offset[1]};
+  h.hook_size_m = {hook[0], hook[1], hook[2]};
+  h.load_size_m = {load[0], load[1], load[2]};
+  return h;
+}
+
+SceneObstacle hanging(const std::string& name, const std::string& material,
+                      const Eigen::Vector2d& at, double base_m, double top_m) {
+  SceneObstacle o;
+  o.shape.name = name;
+  o.material = material;
+  o.shape.x_m = at.x();
+  o.shape.y_m = at.y();
+  o.base_m = base_m;
+  o.shape.height_m = top_m;
+  return o;
+}
+
 }  // namespace
+
+Eigen::Vector2d gantry_at(const SceneMotion& m, double seconds) {
+  const double time = std::max(0.0, seconds);
+  const std::size_t count = m.points.size();
+  if (!m.continuous)
+    return m.points[std::min(static_cast<std::size_t>(std::round(time / m.interval_s)), count - 1)];
+  const auto part = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, double share) {
+    return Eigen::Vector2d(a + share * (b - a));
+  };
+  if (!m.times_s.empty()) {
+    for (std::size_t i = 0; i + 1 < count; ++i)
+      if (time < m.times_s[i + 1])
+        return part(m.points[i], m.points[i + 1],
+                    std::max(0.0, (time - m.times_s[i]) / (m.times_s[i + 1] - m.times_s[i])));
+    return m.points.back();
+  }
+  const auto next = [&](std::size_t i) { return m.points[(i + 1) % count]; };
+  double round_m = 0;
+  for (std::size_t i = 0; i < count; ++i) round_m += (next(i) - m.points[i]).norm();
+  double left = std::fmod(time * m.speed_mps, round_m);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double length = (next(i) - m.points[i]).norm();
+    if (left <= length) return part(m.points[i], next(i), length > 0 ? left / length : 0);
+    left -= length;
+  }
+  return m.points.front();
+}
+
+HoistPose hoist_at(const SceneHoist& h, double seconds) {
+  HoistPose pose;
+  pose.sway_m.x() = h.sway_m * std::sin(2 * std::numbers::pi * seconds / h.sway_period_s);
+  pose.hook_m = h.moves.front().hook_m;
+  for (std::size_t i = 0; i < h.moves.size() && seconds >= h.moves[i].time_s; ++i) {
+    const SceneHoist::Move& from = h.moves[i];
+    pose.load = from.load;
+    pose.hook_m = from.hook_m;
+    if (i + 1 == h.moves.size()) break;
+    const SceneHoist::Move& to = h.moves[i + 1];
+    const double share = std::min(1.0, (seconds - from.time_s) / (to.time_s - from.time_s));
+    pose.hook_m += share * (to.hook_m - from.hook_m);
+  }
+  return pose;
+}
+
+std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, double seconds) {
+  std::vector<std::optional<SceneObstacle>> out;
+  for (const SceneObstacle& o : scene.obstacles)
+    out.push_back(o.from_s <= seconds && seconds < o.until_s ? std::optional(o) : std::nullopt);
+  if (!scene.hoist) return out;
+  const SceneHoist& h = *scene.hoist;
+  const HoistPose pose = hoist_at(h, seconds);
+  const Eigen::Vector2d at = gantry_at(scene.motion, seconds) + h.offset_m + pose.sway_m;
+  const double hook_top = pose.hook_m + h.hook_size_m.z();
+  SceneObstacle rope = hanging("rope", h.material, at, hook_top, std::max(h.rope_top_m, hook_top));
+  rope.shape.kind = "cylinder";
+  rope.shape.radius_m = h.rope_radius_m;
+  out.emplace_back(rope);
+  SceneObstacle hook = hanging("hook", h.material, at, pose.hook_m, hook_top);
+  hook.shape.kind = "box";
+  hook.shape.size_x_m = h.hook_size_m.x();
+  hook.shape.size_y_m = h.hook_size_m.y();
+  out.emplace_back(hook);
+  const double load_top = pose.hook_m - h.sling_m;
+  SceneObstacle load = hanging("load", h.load_material, at, load_top - h.load_size_m.z(), load_top);
+  load.shape.kind = "box";
+  load.shape.size_x_m = h.load_size_m.x();
+  load.shape.size_y_m = h.load_size_m.y();
+  load.shape.yaw_rad = h.load_yaw_rad;
+  out.push_back(pose.load && h.load_size_m.minCoeff() > 0 ? std::optional(load) : std::nullopt);
+  return out;
+}
 
 Result<Scene> read_scene(const std::string& path) {
   auto y = YamlReader::from_file(path);
@@ -157,6 +284,11 @@ Result<Scene> read_scene(const std::string& path) {
     if (!scene.materials.contains(scene.obstacles.back().material))
       item.problem("material", "is not in materials");
   }
+  scene.hoist = read_hoist(y->section("hoist"));
+  if (scene.hoist && (!scene.materials.contains(scene.hoist->material) ||
+                      (scene.hoist->load_size_m.maxCoeff() > 0 &&
+                       !scene.materials.contains(scene.hoist->load_material))))
+    y->problem("hoist", "names no material, or no load_material");
   if (auto done = y->finish(); !done) return done.error();
   if (auto usable = check_rig(scene.camera.rig, path + " camera"); !usable) return usable.error();
   return scene;

@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,25 @@ struct SceneObstacle {
   TrueObstacle shape;
   std::string material;
   double base_m = 0;  ///< height of its lower side
+  double from_s = 0, until_s = std::numeric_limits<double>::infinity();  ///< it is there
+};
+
+/// Hook and load below the trolley, and what the crane's controller says of them.
+struct SceneHoist {
+  Eigen::Vector2d offset_m = Eigen::Vector2d::Zero();  ///< hook at rest minus (cart, trolley)
+  double rope_top_m = 2, rope_radius_m = 0.01;
+  Eigen::Vector3d hook_size_m{0.1, 0.1, 0.15};
+  std::string material;  ///< of rope and hook
+  Eigen::Vector3d load_size_m{0, 0, 0};
+  double load_yaw_rad = 0, sling_m = 0.1;
+  std::string load_material;
+  double sway_m = 0, sway_period_s = 3;  ///< along map x
+  double rate_hz = 10;                   ///< of hoist_state
+  struct Move {
+    double time_s = 0, hook_m = 1;  ///< height of the hook's lowest point; straight in between
+    bool load = false;              ///< from here on
+  };
+  std::vector<Move> moves;
 };
 
 struct SceneCamera {
@@ -51,6 +72,7 @@ struct SceneRangefinder {
 /// Where cart and trolley are, and when images are taken.
 struct SceneMotion {
   std::vector<Eigen::Vector2d> points;  ///< cart, trolley [m]
+  std::vector<double> times_s;          ///< when they are reached; empty: by speed_mps
   bool continuous = false;              ///< false: one image at each point, standing still
   double interval_s = 1;                ///< standing still: from image to image
   double speed_mps = 0.1;               ///< continuous: along the points, over and over
@@ -69,7 +91,23 @@ struct Scene {
   double ambient = 0.25;
   std::vector<Lamp> lamps;
   std::vector<SceneObstacle> obstacles;
+  std::optional<SceneHoist> hoist;
 };
+
+/// Cart and trolley at a time since the start.
+Eigen::Vector2d gantry_at(const SceneMotion& motion, double seconds);
+
+/// Hook and load at a time since the start.
+struct HoistPose {
+  double hook_m = 0;
+  bool load = false;
+  Eigen::Vector2d sway_m = Eigen::Vector2d::Zero();
+};
+HoistPose hoist_at(const SceneHoist& hoist, double seconds);
+
+/// What stands and hangs there at a time since the start: obstacles, then rope, hook and load.
+/// What is not there is nothing, so that each thing keeps its place and its texture.
+std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, double seconds);
 
 /// Error: Configuration with every problem of the file and its line.
 Result<Scene> read_scene(const std::string& path);

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <thread>
 
+#include "config/site_config.hpp"
 #include "recording/recording_writer.hpp"
 #include "sim/renderer.hpp"
 
@@ -13,39 +15,6 @@ namespace crane {
 namespace {
 
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
-
-/// Cart and trolley at a time since the start.
-class Path {
- public:
-  explicit Path(const SceneMotion& motion) : motion_(motion) {
-    for (std::size_t i = 0; i < motion.points.size(); ++i) round_m_ += leg(i);
-  }
-  [[nodiscard]] Eigen::Vector2d at(double seconds) const {
-    if (!motion_.continuous) {
-      const auto i =
-          static_cast<std::size_t>(std::max(0.0, std::round(seconds / motion_.interval_s)));
-      return motion_.points[std::min(i, motion_.points.size() - 1)];
-    }
-    double left = std::fmod(std::max(0.0, seconds) * motion_.speed_mps, round_m_);
-    for (std::size_t i = 0; i < motion_.points.size(); ++i) {
-      const double length = leg(i);
-      if (left <= length) {
-        const Eigen::Vector2d& a = motion_.points[i];
-        return a + (next(i) - a) * (length > 0 ? left / length : 0);
-      }
-      left -= length;
-    }
-    return motion_.points.front();
-  }
-
- private:
-  [[nodiscard]] const Eigen::Vector2d& next(std::size_t i) const {
-    return motion_.points[(i + 1) % motion_.points.size()];
-  }
-  [[nodiscard]] double leg(std::size_t i) const { return (next(i) - motion_.points[i]).norm(); }
-  const SceneMotion& motion_;
-  double round_m_ = 0;
-};
 
 TimeNs to_time(double seconds) {
   return kStart + std::llround(seconds * 1e9);
@@ -68,7 +37,7 @@ Result<void> write_depth(const std::string& folder, TimeNs time, const Renderer&
 }
 
 Result<void> write_truth(const std::string& folder, const Scene& scene, const Renderer& renderer,
-                         const std::vector<Eigen::Vector2d>& seen_from, double cell) {
+                         const std::vector<Eigen::Vector2d>& seen_from, double end_s, double cell) {
   const CameraModel& c = scene.camera.rig.left;
   const double height = scene.camera.rig.camera_height_m();
   const double reach = height * std::hypot(c.width / c.fx_px, c.height / c.fy_px) / 2 * 1.2;
@@ -102,15 +71,58 @@ Result<void> write_truth(const std::string& folder, const Scene& scene, const Re
   }
   if (auto r = write_height_map(folder + "/truth/height_map.png", map); !r) return r;
   std::vector<TrueObstacle> obstacles;
-  for (const SceneObstacle& o : scene.obstacles) obstacles.push_back(o.shape);
+  for (const SceneObstacle& o : scene.obstacles)
+    if (o.from_s <= end_s && end_s < o.until_s) obstacles.push_back(o.shape);
   return write_obstacles(folder + "/truth/obstacles.yaml", obstacles);
+}
+
+/// hoist_state as the controller would say it.
+Result<void> write_hoist(const SceneHoist& h, double end_s, RecordingWriter& writer) {
+  const double step = 1 / h.rate_hz;
+  for (double t = -0.3; t < end_s + 0.6; t += step) {
+    const HoistPose pose = hoist_at(h, std::max(t, 0.0));
+    HoistReading r;
+    r.time = to_time(t);
+    r.hook_height_m = pose.hook_m;
+    r.sling_m = h.sling_m;
+    if (pose.load) r.load_size_m = h.load_size_m;
+    r.load_yaw_rad = h.load_yaw_rad;
+    r.sway_m = pose.sway_m;
+    if (auto added = writer.add_hoist(r); !added) return added;
+  }
+  return {};
+}
+
+/// What the mapper must know of the hoist: site.yaml, which `cranemap run` takes by itself.
+Result<void> write_site(const Scene& scene, const std::string& folder) {
+  const SceneHoist& h = *scene.hoist;
+  SiteConfig site;
+  site.hoist.enabled = true;
+  site.hoist.offset_x_m = h.offset_m.x();
+  site.hoist.offset_y_m = h.offset_m.y();
+  site.hoist.rope_top_m = h.rope_top_m;
+  site.hoist.rope_radius_m = h.rope_radius_m;
+  site.hoist.hook_x_m = h.hook_size_m.x();
+  site.hoist.hook_y_m = h.hook_size_m.y();
+  site.hoist.hook_z_m = h.hook_size_m.z();
+  site.hoist.largest_load_m = std::max(0.1, h.load_size_m.head<2>().maxCoeff());
+  // Margins in proportion to the scene: a tenth of a metre on a rig of two metres.
+  const double scale = scene.camera.rig.camera_height_m() / 10;
+  site.hoist.margin_m = std::clamp(0.3 * scale, 0.04, 0.3);
+  site.hoist.sway_m = std::clamp(0.2 * scale, 0.02, 0.3);
+  site.hoist.accuracy_m = std::clamp(0.1 * scale, 0.01, 0.1);
+  std::ofstream file(folder + "/site.yaml");
+  file << to_yaml(site);
+  file.close();
+  if (file) return {};
+  return Error{ErrorCode::kResource, folder + "/site.yaml", "cannot be written",
+               "check permissions and free space"};
 }
 
 }  // namespace
 
 Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
-  const Renderer renderer(scene);
-  const Path path(scene.motion);
+  Renderer renderer(scene);
   const SceneMotion& motion = scene.motion;
   const double interval = motion.continuous ? 1 / motion.rate_hz : motion.interval_s;
   std::size_t frames =
@@ -136,17 +148,24 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   const auto readings = static_cast<std::int64_t>((end + 0.6) / step);
   for (std::int64_t i = 0; i <= readings; ++i) {
     const double stamp = -0.3 + double(i) * step;
-    const Eigen::Vector2d at = path.at(stamp - delay);
+    const Eigen::Vector2d at = gantry_at(motion, stamp - delay);
     for (const bool cart : {true, false}) {
       const double m = (cart ? at.x() : at.y()) + noise(random);
       auto r = cart ? writer->add_cart(to_time(stamp), m) : writer->add_trolley(to_time(stamp), m);
       if (!r) return r;
     }
   }
+  if (scene.hoist)
+    if (auto r = write_hoist(*scene.hoist, end, *writer); !r) return r;
+  const bool changes = scene.hoist || std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
+                                                  [](const SceneObstacle& o) {
+                                                    return o.from_s > 0 || std::isfinite(o.until_s);
+                                                  });
   std::vector<Eigen::Vector2d> seen_from;
   for (std::size_t n = 0; n < frames; ++n) {
     const double seconds = double(n) * interval;
-    const Eigen::Vector2d at = path.at(seconds);
+    const Eigen::Vector2d at = gantry_at(motion, seconds);
+    if (changes) renderer.show(obstacles_at(scene, seconds));
     const Image left = renderer.render(true, at.x(), at.y(), n);
     const Image right = renderer.render(false, at.x(), at.y(), n);
     if (auto r = writer->add_frame(to_time(seconds), left, right, options.format); !r) return r;
@@ -160,7 +179,13 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
       return Error{ErrorCode::kNotAvailable, options.folder, "stopped before the end", ""};
   }
   if (auto r = writer->close(); !r) return r;
-  return write_truth(options.folder, scene, renderer, seen_from, options.truth_cell_m);
+  if (scene.hoist)
+    if (auto r = write_site(scene, options.folder); !r) return r;
+  // The truth is what stands there at the end; what hangs is no part of it.
+  auto left_over = obstacles_at(scene, end);
+  left_over.resize(scene.obstacles.size());
+  renderer.show(left_over);
+  return write_truth(options.folder, scene, renderer, seen_from, end, options.truth_cell_m);
 }
 
 }  // namespace crane

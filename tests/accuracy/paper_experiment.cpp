@@ -137,9 +137,12 @@ void hard_spots(Document& d, const Scene& scene, const std::vector<Series>& all)
            "anything between", "glossy stool, error [%]"},
           rows);
   d.text(
-      "The chair's back is 3 cm thick: the paper's second filter setting takes its top for outliers. The stool's highlight "
-      "is a mismatch that its filters keep. The floor under the seat is seen at a slant only. cranemap's own first version "
-      "counted points per voxel: the tails of a noisy surface filled the voxel above, and rays beside the back cleared it; "
+      "The chair's back is 3 cm thick: the paper's second filter setting takes its top for "
+      "outliers. The stool's highlight "
+      "is a mismatch that its filters keep. The floor under the seat is seen at a slant only. "
+      "cranemap's own first version "
+      "counted points per voxel: the tails of a noisy surface filled the voxel above, and rays "
+      "beside the back cleared it; "
       "docs/decisions/0007 says what it does instead.");
 }
 

@@ -90,7 +90,7 @@ client::HeightGrid grid_of(const OccupancyMap& map, bool voxel_tops) {
     const TileHeights heights = tile_heights(map, *t, floor_tolerance_m(map.voxel_m()));
     for (int i = 0; i < kTileColumns; ++i) {
       const ColumnHeight& from = heights[static_cast<std::size_t>(i)];
-      if (from.state == ColumnState::kUnknown) continue;
+      if (!is_known(from.state)) continue;
       const int column = (t->key.x - low.x) * kTileEdge + i % kTileEdge;
       const int row = (t->key.y - low.y) * kTileEdge + i / kTileEdge;
       client::Height& to =
@@ -205,8 +205,9 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   auto stage = StereoStage::create(recording.rig(), method.stereo);
   if (!stage) return stage.error();
   if (auto fits = MapBuilder::check(method.mapper, recording.rig()); !fits) return fits.error();
-  MapBuilder builder(method.mapper, recording.rig());
+  MapBuilder builder(method.mapper, recording.rig(), method.hoist);
   add_positions(recording, method.nearest_position, builder);
+  for (const HoistReading& reading : recording.hoist()) builder.add_hoist(reading);
   Outcome out;
   double update_ms = 0;
   std::size_t updates = 0;
@@ -228,6 +229,7 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
     builder.add_cloud(std::move(cloud), frame.time);
     const Stopwatch update_watch;
     builder.step(frame.time);
+    if (method.watch) method.watch(n, builder.map());
     if (builder.needs_rebuild()) continue;
     encode_changes(builder.map());
     update_ms += update_watch.ms();

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "config/site_config.hpp"
 #include "cranemap/obstacle_heights.hpp"
 #include "mapping/map_judge.hpp"
+#include "mapping/occupancy_map.hpp"
 #include "recording/recording.hpp"
 #include "sim/scene.hpp"
 #include "stereo/stereo_stage.hpp"
@@ -16,6 +18,9 @@ namespace crane::accuracy {
 struct Method {
   StereoSettings stereo;
   MapperConfig mapper;
+  HoistConfig hoist;
+  /// Told of the map after each frame.
+  std::function<void(std::size_t frame, const OccupancyMap& map)> watch;
   bool nearest_position = false;  ///< the rangefinders' nearest reading, not interpolated
   bool voxel_tops = false;        ///< heights as they are read off an octree: tops of voxels
 };

@@ -26,7 +26,7 @@ Scene small_scene(const std::string& name) {
 }
 
 TEST(Scenes, AllShippedOnesAreRead) {
-  for (const char* name : {"rig", "lap", "hall"}) small_scene(name);
+  for (const char* name : {"rig", "lap", "hall", "carry", "moved"}) small_scene(name);
 }
 
 TEST(Scenes, ReportUnknownMaterialAndMissingSize) {
