@@ -209,6 +209,12 @@ Result<Reader<Topic>> Reader<Topic>::create(const std::shared_ptr<Participant>& 
   impl->wakeup = wakeup;
   fdds::DataReaderQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
+  // A tenth more than writers offer: vendors round fractions of a second differently, and a
+  // nanosecond too much would keep a writer of another one apart.
+  if (Topic::kQos.deadline_ms > 0)
+    qos.deadline().period = seconds(Topic::kQos.deadline_ms * 11 / 10);
+  if (Topic::kQos.liveliness_ms > 0)
+    qos.liveliness().lease_duration = seconds(Topic::kQos.liveliness_ms * 11 / 10);
   impl->reader = participant->impl().subscriber->create_datareader(*topic, qos, impl.get());
   if (impl->reader == nullptr)
     return Error{ErrorCode::kResource, Topic::kName, "the reader could not be made",
