@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "bounds.h"
+#include "service/service_name.hpp"
 
 namespace crane {
 namespace {
@@ -17,23 +18,6 @@ std::string hex(std::uint64_t v) {
 }
 
 }  // namespace
-
-const char* service_name(std::uint32_t service) {
-  switch (service) {
-    case v1::SERVICE_CAMERA:
-      return "camera";
-    case v1::SERVICE_RANGEFINDER:
-      return "rangefinder";
-    case v1::SERVICE_STEREO:
-      return "stereo";
-    case v1::SERVICE_MAPPER:
-      return "mapper";
-    case v1::SERVICE_CLEARANCE:
-      return "clearance";
-    default:
-      return "unknown";
-  }
-}
 
 Result<void> write_json(const std::string& path, const RunReport& r) {
   nlohmann::ordered_json j;

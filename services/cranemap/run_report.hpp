@@ -27,8 +27,6 @@ struct RunReport {
   Judgement judgement;
 };
 
-const char* service_name(std::uint32_t service);
-
 /// Error: Resource.
 Result<void> write_json(const std::string& path, const RunReport& report);
 /// The same for people, on stdout.

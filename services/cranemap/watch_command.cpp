@@ -10,6 +10,7 @@
 #include "run_report.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
+#include "service/service_name.hpp"
 
 namespace crane {
 namespace {

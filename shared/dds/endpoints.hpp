@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
@@ -80,7 +81,9 @@ class Writer {
   using Type = typename Topic::Type;
   struct Impl;
 
-  static Result<Writer> create(const std::shared_ptr<Participant>& participant);
+  /// `name`: of the topic, where it depends on the crane.
+  static Result<Writer> create(const std::shared_ptr<Participant>& participant,
+                               const std::string& name = Topic::kName);
   ~Writer();
   Writer(Writer&&) noexcept;
 

@@ -156,10 +156,10 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
 
   const std::string partition = "crane_" + std::to_string(settings.crane);
   fdds::PublisherQos publisher_qos;
-  publisher_qos.partition().push_back(partition.c_str());
+  if (settings.partition) publisher_qos.partition().push_back(partition.c_str());
   impl->publisher = impl->participant->create_publisher(publisher_qos);
   fdds::SubscriberQos subscriber_qos;
-  subscriber_qos.partition().push_back(partition.c_str());
+  if (settings.partition) subscriber_qos.partition().push_back(partition.c_str());
   impl->subscriber = impl->participant->create_subscriber(subscriber_qos);
   if (impl->publisher == nullptr || impl->subscriber == nullptr)
     return Error{ErrorCode::kResource, "DDS", "no publisher or subscriber could be made", ""};

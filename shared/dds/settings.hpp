@@ -15,6 +15,7 @@ enum class Transport {
 /// How a process joins the plant's DDS network.
 struct Settings {
   std::uint32_t crane = 1;   ///< partition "crane_<n>" keeps cranes apart
+  bool partition = true;     ///< false: in no partition, as ROS 2 is
   std::uint32_t domain = 0;  ///< 0..232
   Transport transport = Transport::kAuto;
   /// IPv4 addresses to use; empty = all. The default keeps everything on this host.

@@ -4,17 +4,14 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <list>
 #include <memory>
 #include <thread>
 
+#include "cyclone.hpp"
 #include "dds/endpoints.hpp"
 #include "integration/domain.hpp"
 #include "samples.h"
-#include "system/process.hpp"
-#include "temp_folder.hpp"
 
 namespace crane::test {
 namespace {
@@ -77,21 +74,6 @@ NESTED(StageTime, STAGE_TIME)
 ALL_TOPICS(TOPIC_FUNCTIONS)
 #pragma GCC diagnostic pop
 
-/// Both vendors on loopback only.
-Process peer(std::vector<std::string> arguments, const std::string& output) {
-  // Unicast: loopback interfaces do no multicast. Receive buffers for whole frames.
-  setenv("CYCLONEDDS_URI",
-         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1' "
-         "multicast='false'/></Interfaces><AllowMulticast>false</AllowMulticast>"
-         "<MaxMessageSize>65500B</MaxMessageSize></General><Discovery>"
-         "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>60"
-         "</MaxAutoParticipantIndex><Peers><Peer address='127.0.0.1'/></Peers></Discovery>"
-         "<Internal><SocketReceiveBufferSize min='4MB'/></Internal></Domain></CycloneDDS>",
-         1);
-  arguments.insert(arguments.begin(), "cyclone_peer");
-  return Process(std::move(arguments), output);
-}
-
 template <class Topic>
 class Cyclone : public ::testing::Test {};
 
@@ -121,7 +103,8 @@ TYPED_TEST(Cyclone, ReadsEveryFieldThatWeWrite) {
   // What is transient-local must reach who joins later.
   if (TypeParam::kQos.transient_local) ASSERT_TRUE(writer.write(*sample));
   Process reader =
-      peer({"check", Row<Type>::kName, std::to_string(settings().domain)}, folder / "peer.txt");
+      cyclone("cyclone_peer", {"check", Row<Type>::kName, std::to_string(settings().domain)},
+              folder / "peer.txt");
   if (!TypeParam::kQos.transient_local) {
     ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));
     for (int i = 0; i < 100 && reader.running(); ++i) {
@@ -138,7 +121,8 @@ TYPED_TEST(Cyclone, WritesEveryFieldThatWeRead) {
   auto participant = *dds::Participant::create(settings(), "interop");
   auto reader = *dds::Reader<TypeParam>::create(participant, nullptr);
   Process writer =
-      peer({"send", Row<Type>::kName, std::to_string(settings().domain)}, folder / "peer.txt");
+      cyclone("cyclone_peer", {"send", Row<Type>::kName, std::to_string(settings().domain)},
+              folder / "peer.txt");
   bool came = false;
   eventually([&] {
     while (const auto sample = reader.take()) {
@@ -165,8 +149,8 @@ TEST(CyclonePeer, IsToldWhenATileHasNothingKnownAnyMore) {
   v1::MapTile tile;
   set(tile, 0);
   ASSERT_TRUE(writer.write(tile));
-  Process reader =
-      peer({"ended", "map_tile", std::to_string(settings().domain)}, folder / "peer.txt");
+  Process reader = cyclone("cyclone_peer", {"ended", "map_tile", std::to_string(settings().domain)},
+                           folder / "peer.txt");
   EXPECT_TRUE(
       eventually([&] { return reader.output().find("map_tile: alive") != std::string::npos; }));
   ASSERT_TRUE(writer.dispose(tile));
@@ -176,19 +160,12 @@ TEST(CyclonePeer, IsToldWhenATileHasNothingKnownAnyMore) {
 TEST(CyclonePeer, FollowsALivingMapSetsAZoneAndAsksForClearance) {
   const TempFolder folder;
   const std::string domain = next_domain();
-  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain << "}\n";
-  std::list<Process> services;
-  const auto start = [&](const std::string& name, std::vector<std::string> more) {
-    more.insert(more.begin(), {"cranemap-" + name, "--config", folder / "site.yaml"});
-    services.emplace_back(more, folder / (name + ".txt"));
-  };
-  start("mapper", {"--calibration", rig_recording()});
-  start("stereo", {"--calibration", rig_recording()});
-  for (const char* player : {"rangefinder", "camera"})
-    start(player, {rig_recording(), "--rate", "real", "--loop", "--stream", "7"});
-  start("clearance", {});
+  std::list<Process> services = live_services(folder, domain);
+  services.emplace_back(
+      std::vector<std::string>{"cranemap-clearance", "--config", folder / "site.yaml"},
+      folder / "clearance.txt");
   std::this_thread::sleep_for(5s);  // in the middle of it
-  Process follower = peer({"follow", domain}, folder / "peer.txt");
+  Process follower = cyclone("cyclone_peer", {"follow", domain}, folder / "peer.txt");
   EXPECT_EQ(follower.wait(40), 0) << follower.output() << services.back().output();
   const std::string said = follower.output();
   EXPECT_NE(said.find("digests equal"), std::string::npos) << said;

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "bounds.h"
+
+namespace crane {
+
+/// Of v1::SERVICE_*, for people.
+inline const char* service_name(std::uint32_t service) {
+  switch (service) {
+    case v1::SERVICE_CAMERA:
+      return "camera";
+    case v1::SERVICE_RANGEFINDER:
+      return "rangefinder";
+    case v1::SERVICE_STEREO:
+      return "stereo";
+    case v1::SERVICE_MAPPER:
+      return "mapper";
+    case v1::SERVICE_CLEARANCE:
+      return "clearance";
+    case v1::SERVICE_ROS2_MIRROR:
+      return "ros2_mirror";
+    default:
+      return "unknown";
+  }
+}
+
+}  // namespace crane
