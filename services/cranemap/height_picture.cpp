@@ -20,8 +20,7 @@ Bounds known_part(const client::HeightGrid& g) {
   Bounds b{int(g.columns), 0, int(g.rows), 0};
   for (int r = 0; r < int(g.rows); ++r)
     for (int c = 0; c < int(g.columns); ++c)
-      if (g.cells[std::size_t(r) * g.columns + std::size_t(c)].surface !=
-          client::Surface::kUnknown) {
+      if (client::is_known(g.cells[std::size_t(r) * g.columns + std::size_t(c)].surface)) {
         b.column0 = std::min(b.column0, c), b.column1 = std::max(b.column1, c + 1);
         b.row0 = std::min(b.row0, r), b.row1 = std::max(b.row1, r + 1);
       }
@@ -51,10 +50,39 @@ cv::Vec3b colour_of(double share) {
   return table.at<cv::Vec3b>(int(18 + std::clamp(share, 0.0, 1.0) * 225));
 }
 
+/// Red: no-go, amber: slow-down; thin and grey while switched off.
+template <class ToX, class ToY>
+void draw_zone(cv::Mat& image, const client::Zone& zone, ToX to_x, ToY to_y) {
+  const bool no_go = zone.kind == client::Zone::Kind::kNoGo;
+  const cv::Scalar colour = !zone.active ? cv::Scalar(120, 120, 120)
+                            : no_go      ? cv::Scalar(30, 30, 220)
+                                         : cv::Scalar(0, 170, 255);
+  std::vector<cv::Point> corners;
+  for (const client::Zone::Corner& c : zone.corners) corners.emplace_back(to_x(c.x_m), to_y(c.y_m));
+  if (corners.empty()) return;
+  if (zone.active) {
+    cv::Mat tinted = image.clone();
+    cv::fillPoly(tinted, std::vector<std::vector<cv::Point>>{corners}, colour);
+    cv::addWeighted(tinted, 0.25, image, 0.75, 0, image);
+  }
+  cv::polylines(image, std::vector<std::vector<cv::Point>>{corners}, true, colour,
+                zone.active ? 3 : 1, cv::LINE_AA);
+  std::string label = std::string(no_go ? "no-go " : "slow-down ") + std::to_string(zone.id) + " " +
+                      zone.name + (zone.active ? "" : " (off)");
+  if (zone.z_min_m > -100) label += ", from " + metres(zone.z_min_m, 1) + " m";
+  if (zone.z_max_m < 1000) label += ", up to " + metres(zone.z_max_m, 1) + " m";
+  const cv::Point at = corners[0] + cv::Point(4, -6);
+  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, nullptr);
+  cv::rectangle(image, {at.x - 2, at.y - size.height - 2, size.width + 4, size.height + 6},
+                cv::Scalar(255, 255, 255), cv::FILLED);
+  text(image, label, at, 0.42, colour);
+}
+
 }  // namespace
 
 Result<void> draw_heights(const std::string& png_path, const client::HeightGrid& g,
-                          const std::vector<ObstacleHeight>& obstacles, const std::string& title) {
+                          const std::vector<ObstacleHeight>& obstacles,
+                          const std::vector<client::Zone>& zones, const std::string& title) {
   if (g.cells.empty())
     return Error{ErrorCode::kNotAvailable, png_path, "there is no map to draw", ""};
   const Bounds b = known_part(g);
@@ -70,7 +98,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
 
   std::vector<double> known;
   for (const client::Height& c : g.cells)
-    if (c.surface != client::Surface::kUnknown) known.push_back(c.height_m);
+    if (client::is_known(c.surface)) known.push_back(c.height_m);
   const auto top = known.begin() + std::ptrdiff_t(double(known.size() - 1) * 0.999);
   std::nth_element(known.begin(), top, known.end());
   const double high = std::max(0.1, *top);
@@ -81,7 +109,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
       const int row = b.row1 - 1 - int(y / px);
       const client::Height& c = g.cells[std::size_t(row) * g.columns + std::size_t(column)];
       auto& out = image.at<cv::Vec3b>(kTop + y, kLeft + x);
-      if (c.surface == client::Surface::kUnknown)
+      if (!client::is_known(c.surface))
         out = (x + y) % 9 < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(232, 232, 232);
       else
         out = colour_of(c.height_m / high);
@@ -110,6 +138,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   text(image, "y [m]", {10, kTop + 14}, 0.48);
   text(image, title, {kLeft, 34}, 0.62);
 
+  for (const client::Zone& zone : zones) draw_zone(image, zone, to_x, to_y);
   for (const ObstacleHeight& o : obstacles) {
     if (o.columns == 0) continue;
     const std::string label = o.name + " " + metres(o.measured_m, 3) + " m";

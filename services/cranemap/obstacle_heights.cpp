@@ -16,7 +16,7 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
         const client::Height& cell = grid.cells[std::size_t(row) * grid.columns + column];
         const double x = grid.origin_x_m + (column + 0.5) * grid.cell_m;
         const double y = grid.origin_y_m + (row + 0.5) * grid.cell_m;
-        if (cell.surface == client::Surface::kUnknown ||
+        if (!client::is_known(cell.surface) ||
             std::hypot(x - o.x_m, y - o.y_m) > 0.7 * o.level_radius_m())
           continue;
         heights.push_back(cell.height_m);
@@ -41,7 +41,7 @@ HeightMap to_height_map(const client::HeightGrid& grid) {
   map.rows = grid.rows;
   map.height_mm.reserve(grid.cells.size());
   for (const client::Height& cell : grid.cells)
-    map.height_mm.push_back(cell.surface == client::Surface::kUnknown
+    map.height_mm.push_back(!client::is_known(cell.surface)
                                 ? HeightMap::kNeverSeen
                                 : static_cast<std::uint16_t>(std::lround(
                                       std::clamp(cell.height_m * 1000, 0.0, 65'534.0))));

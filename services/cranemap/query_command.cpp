@@ -42,12 +42,15 @@ Result<client::Pose> read_pose(const std::string& text) {
 
 int ask_height(const client::Map& map, double x, double y) {
   const client::Height h = map.height(x, y);
-  if (h.surface == client::Surface::kUnknown) {
-    std::printf("height at (%.2f, %.2f): unknown, so not free\n", x, y);
+  if (!client::is_known(h.surface)) {
+    std::printf("height at (%.2f, %.2f): %s, so not free\n", x, y,
+                h.surface == client::Surface::kStale ? "not seen for too long" : "unknown");
+    if (h.proven_by_hook) std::printf("hook or load have been there down to %.2f m\n", h.proven_m);
     return kExitBlocked;
   }
   std::printf("height at (%.2f, %.2f): %.4f m, spread %.4f m (%s)\n", x, y, h.height_m, h.spread_m,
               h.surface == client::Surface::kFloor ? "floor" : "obstacle");
+  if (h.proven_by_hook) std::printf("hook or load have been there down to %.2f m\n", h.proven_m);
   return kExitOk;
 }
 
@@ -59,6 +62,7 @@ int ask_clearance(const client::Map& map, const client::ClearanceQuery& query) {
   }
   const bool clear = c.verdict == client::Verdict::kClear;
   std::printf("%s%s%s\n", clear ? "CLEAR" : "BLOCKED: ", clear ? "" : "by ", c.text.c_str());
+  if (c.slow_down) std::printf("slowly: part of the way is in a slow-down zone\n");
   if (std::isfinite(c.safe_height_m))
     std::printf("safe height of the underside  %.3f m\n", c.safe_height_m);
   else

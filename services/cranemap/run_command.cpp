@@ -198,6 +198,7 @@ class Run {
     report_.map = map_->status();
     report_.voxels = map_->count_voxels();
     const client::HeightGrid grid = map_->heights();
+    zones_ = map_->zones();
     for (const char* name : {"camera", "rangefinder", "stereo"})
       if (auto stopped = services_->stop(name, 5000); !stopped) log_warning(stopped.error().text());
     auto saved = services_->stop("mapper", 300'000);
@@ -246,7 +247,8 @@ class Run {
                     fs::path(options_.recording).filename().c_str(),
                     static_cast<unsigned long long>(report_.map.frames_integrated),
                     report_.map.voxel_m, report_.method.c_str());
-      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, title); !r)
+      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, zones_, title);
+          !r)
         return r;
     }
     for (const char* name :
@@ -269,6 +271,7 @@ class Run {
   std::unique_ptr<client::Map> map_;
   std::optional<Supervisor> services_;
   RunReport report_;
+  std::vector<client::Zone> zones_;
 };
 
 void add_common(CLI::App& command, Options& o) {

@@ -23,7 +23,8 @@ struct Options {
   double seconds = 0;
 };
 
-void show(const client::Status& map, const std::map<std::uint32_t, v1::ServiceStatus>& services) {
+void show(const client::Status& map, const std::vector<client::Zone>& zones,
+          const std::map<std::uint32_t, v1::ServiceStatus>& services) {
   if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
   const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
   std::printf("map    %s%s%s  revision %llu  %u tiles  %s\n", validity,
@@ -34,6 +35,13 @@ void show(const client::Status& map, const std::map<std::uint32_t, v1::ServiceSt
               static_cast<unsigned long long>(map.frames_integrated),
               static_cast<unsigned long long>(map.frames_rejected),
               static_cast<unsigned long long>(map.frames_missing));
+  if (map.hoist != client::Status::Hoist::kNotUsed)
+    std::printf("hook and load %s\n",
+                map.hoist == client::Status::Hoist::kKnown ? "known" : "LOST: nothing below them");
+  for (const client::Zone& z : zones)
+    std::printf("zone %u %s: %s, %s\n", z.id, z.name.c_str(),
+                z.kind == client::Zone::Kind::kNoGo ? "no-go" : "slow-down",
+                z.active ? "active" : "off");
   for (const auto& [id, s] : services) {
     const double age_s = double(SystemClock().now() - s.time_ns()) * 1e-9;
     std::printf("%-12s %s  in %llu  out %llu  cpu %.1f s  %.0f MiB  heard %.1f s ago\n",
@@ -81,7 +89,7 @@ int watch(const Options& options) {
       wakeup.wait_for(100ms);
       while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
     }
-    show(map->status(), services);
+    show(map->status(), map->zones(), services);
     if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
   }
   return kExitOk;

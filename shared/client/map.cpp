@@ -210,6 +210,7 @@ struct Map::Impl {
       held = std::move(fresh);
       next = HeldMap();
       complete_at = {};
+      tile_at = Steady::now();  // its tiles are on their way
     }
     voxel_m = s.voxel_m();
     said = s;

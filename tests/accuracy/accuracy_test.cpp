@@ -174,7 +174,7 @@ TEST(Hoist, ACarriedLoadIsNoObstacleAndOneSetDownIs) {
       const double x = grid.origin_x_m + (double(i % grid.columns) + 0.5) * grid.cell_m;
       const double y = grid.origin_y_m + (double(i / grid.columns) + 0.5) * grid.cell_m;
       if (x > 0.3 && x < 1.9 && y > 0.35 && y < 1.1)
-        high += grid.cells[i].surface != client::Surface::kUnknown && grid.cells[i].height_m > 0.1;
+        high += client::is_known(grid.cells[i].surface) && grid.cells[i].height_m > 0.1;
     }
     return high;
   };

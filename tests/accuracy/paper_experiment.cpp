@@ -108,9 +108,8 @@ void hard_spots(Document& d, const Scene& scene, const std::vector<Series>& all)
       const double x = g.origin_x_m + (double(i % g.columns) + 0.5) * g.cell_m;
       const double y = g.origin_y_m + (double(i / g.columns) + 0.5) * g.cell_m;
       const Eigen::Vector2d p = local(x, y);
-      if (g.cells[i].surface != client::Surface::kUnknown &&
-          std::abs(p.x()) < 0.9 * c.size_x_m / 2 && p.y() < c.size_y_m / 2 &&
-          p.y() > c.size_y_m / 2 - kBack)
+      if (client::is_known(g.cells[i].surface) && std::abs(p.x()) < 0.9 * c.size_x_m / 2 &&
+          p.y() < c.size_y_m / 2 && p.y() > c.size_y_m / 2 - kBack)
         back.push_back(g.cells[i].height_m);
     }
     std::sort(back.begin(), back.end());
@@ -155,7 +154,8 @@ Result<void> pictures(Document& d, const Recording& recording, const std::vector
       {"left.jpg", "what the left camera sees from position 2"}};
   for (const Series* s : {&all.front(), &all.back()}) {
     const std::string file = s == &all.front() ? "heights_paper.png" : "heights_cranemap.png";
-    if (auto done = draw_heights(d.folder() + "/" + file, s->last.grid, s->last.heights, s->name);
+    if (auto done =
+            draw_heights(d.folder() + "/" + file, s->last.grid, s->last.heights, {}, s->name);
         !done)
       return done;
     row.emplace_back(file, s->name + ", voxel " + fixed(kVoxels.back(), 2) + " m");

@@ -51,5 +51,42 @@ TEST(SiteConfig, NamesAMissingFile) {
   EXPECT_EQ(read.error().where, "/nowhere/site.yaml");
 }
 
+TEST(SiteConfig, HoistAndZonesReadBackAsWritten) {
+  const std::string text =
+      "hoist: {enabled: true, offset_y_m: 0.4, margin_m: 0.2}\n"
+      "mapper: {forget_s: 120}\n"
+      "zones:\n"
+      "  - {id: 3, name: \"a: 'cell'\", kind: no-go, z_max_m: 2, corners: [{x: 0, y: 0}, {x: 1.5, "
+      "y: 0}, "
+      "{x: 1, y: 2}]}\n"
+      "  - {id: 4, kind: slow-down, switchable: true, active: false, corners: [{x: 0, y: 0}, {x: "
+      "1, y: "
+      "0}, {x: 1, y: 2}]}\n";
+  const auto config = parse_site_config(text, "test");
+  ASSERT_TRUE(config) << config.error().text();
+  const auto again = parse_site_config(to_yaml(*config), "again");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
+  EXPECT_TRUE(again->hoist.enabled);
+  EXPECT_EQ(again->mapper.forget_s, 120);
+  ASSERT_EQ(again->zones.size(), 2U);
+  EXPECT_EQ(again->zones[0].name, "a: 'cell'");
+  EXPECT_TRUE(again->zones[1].slow_down);
+  EXPECT_FALSE(again->zones[1].active);
+  EXPECT_EQ(again->zones[0].corners[1].x_m, 1.5);
+}
+
+TEST(SiteConfig, EveryWrongZoneIsNamedWithItsLine) {
+  const auto config = parse_site_config(
+      "zones:\n  - {id: 3, corners: [{x: 0, y: 0}]}\n  - {id: 3, z_min_m: 5, z_max_m: 1, corners: "
+      "[{x: 0, "
+      "y: 0}, {x: 1, y: 0}, {x: 1, y: nan}]}\n",
+      "zones.yaml");
+  ASSERT_FALSE(config);
+  const std::string said = config.error().text();
+  for (const char* part : {"corners", "z_min_m", "another zone", "zones.yaml:3"})
+    EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
+}
+
 }  // namespace
 }  // namespace crane

@@ -31,8 +31,7 @@ int main(int argc, char** argv) {
               status.map_id, status.revision, status.tiles, voxels.occupied, voxels.free,
               status.voxel_digest + status.height_digest);
   const auto height = map->height(x, y);
-  if (height.surface == crane::client::Surface::kUnknown ||
-      height.surface == crane::client::Surface::kStale)
+  if (!crane::client::is_known(height.surface))
     std::printf("height at (%.2f, %.2f): unknown, so not free\n", x, y);
   else
     std::printf("height at (%.2f, %.2f): %.4f m (%s)\n", x, y, height.height_m,

@@ -50,6 +50,10 @@ struct Status {
 /// kStale: it was seen, but not again for too long; as unknown as what was never seen.
 enum class Surface { kUnknown, kFloor, kObstacle, kStale };
 
+constexpr bool is_known(Surface s) {
+  return s == Surface::kFloor || s == Surface::kObstacle;
+}
+
 /// The highest surface over one point of the floor. Unknown is not free.
 struct Height {
   Surface surface = Surface::kUnknown;

@@ -1,0 +1,95 @@
+#include "mapper/zone_book.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "bounds.h"
+#include "dds/validate.hpp"
+#include "service/zone_sample.hpp"
+#include "temp_folder.hpp"
+
+namespace crane {
+namespace {
+
+ZoneConfig triangle(int id, bool switchable = false) {
+  ZoneConfig z;
+  z.id = id;
+  z.name = "zone \"" + std::to_string(id) + "\"";
+  z.switchable = switchable;
+  z.z_max_m = 3;
+  z.corners = {{0, 0}, {2, 0}, {1, 1.5}};
+  return z;
+}
+
+v1::ZoneCommand command(std::uint32_t action, const ZoneConfig& zone, std::uint64_t number,
+                        bool active = true) {
+  v1::ZoneCommand c;
+  c.crane(1);
+  c.action(action);
+  c.client(77);
+  c.sequence_number(number);
+  c.time_ns(1);
+  c.zone(to_sample(zone));
+  c.zone().active(active ? 1 : 0);
+  EXPECT_EQ(dds::flaw(c), nullptr);
+  return c;
+}
+
+TEST(ZoneBook, FixedZonesCannotBeChangedByTopicAndSwitchableOnesOnlySwitched) {
+  auto book = *ZoneBook::open({triangle(1), triangle(2, true)}, "");
+  EXPECT_EQ(book.revision(), 1U);
+  EXPECT_FALSE(book.apply(command(v1::ZONE_SWITCH, triangle(1), 1, false)));
+  EXPECT_FALSE(book.apply(command(v1::ZONE_REMOVE, triangle(1), 2)));
+  EXPECT_FALSE(book.apply(command(v1::ZONE_SET, triangle(2), 3)));
+  EXPECT_FALSE(book.apply(command(v1::ZONE_REMOVE, triangle(2), 4)));
+  EXPECT_EQ(book.revision(), 1U);
+  EXPECT_TRUE(book.apply(command(v1::ZONE_SWITCH, triangle(2), 5, false)));
+  EXPECT_EQ(book.revision(), 2U);
+  const v1::ZoneSet set = book.set(1, 9);
+  EXPECT_EQ(dds::flaw(set), nullptr);
+  EXPECT_EQ(set.map_id(), 9U);
+  EXPECT_EQ(set.zones().at(0).active(), 1U);
+  EXPECT_EQ(set.zones().at(1).active(), 0U);
+}
+
+TEST(ZoneBook, ACommandSentTwiceIsDoneOnce) {
+  auto book = *ZoneBook::open({}, "");
+  EXPECT_EQ(book.revision(), 0U);
+  EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(5), 1)));
+  EXPECT_TRUE(book.apply(command(v1::ZONE_REMOVE, triangle(5), 2)));
+  EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(5), 1))) << "late, and known";
+  EXPECT_TRUE(book.set(1, 1).zones().empty());
+  EXPECT_EQ(book.revision(), 2U);
+}
+
+TEST(ZoneBook, WhatCameByTopicSurvivesARestart) {
+  const test::TempFolder folder;
+  {
+    auto book = *ZoneBook::open({triangle(2, true)}, folder.path());
+    EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(5), 1)));
+    EXPECT_TRUE(book.apply(command(v1::ZONE_SWITCH, triangle(2), 2, false)));
+  }
+  auto again = ZoneBook::open({triangle(2, true)}, folder.path());
+  ASSERT_TRUE(again) << again.error().text();
+  const v1::ZoneSet set = again->set(1, 1);
+  ASSERT_EQ(set.zones().size(), 2U);
+  EXPECT_EQ(set.zones()[0].active(), 0U);
+  EXPECT_EQ(set.zones()[1].id(), 5U);
+  EXPECT_STREQ(set.zones()[1].name().c_str(), "zone \"5\"");
+  std::ofstream(folder / "zones.yaml") << "zones: [{id: x}]";
+  const auto damaged = ZoneBook::open({}, folder.path());
+  ASSERT_FALSE(damaged);
+  EXPECT_NE(damaged.error().text().find("zones.yaml"), std::string::npos);
+}
+
+TEST(ZoneBook, HoldsSixtyFourZonesAndNoMore) {
+  auto book = *ZoneBook::open({}, "");
+  for (int id = 1; id <= 64; ++id)
+    EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(id), std::uint64_t(id))));
+  EXPECT_FALSE(book.apply(command(v1::ZONE_SET, triangle(65), 65)));
+  EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(64), 66))) << "a known one changes";
+}
+
+}  // namespace
+}  // namespace crane
