@@ -6,17 +6,12 @@
 #include <filesystem>
 
 #include "recording/csv.hpp"
+#include "recording/hoist_csv.hpp"
 
 namespace crane {
 namespace {
 
 constexpr TimeNs kMaxPairOffsetNs = 5'000'000;
-
-Error bad_hoist(const std::string& path, TimeNs time, const std::string& text) {
-  return {ErrorCode::kBadData, path,
-          "'" + text + "' at time " + std::to_string(time) + " is no state of a hoist",
-          "write hook height, sling, load x y z, load yaw, sway x y; sizes not negative"};
-}
 
 Result<std::vector<RecordedDistance>> read_distances(const std::string& path) {
   auto rows = read_time_csv(path);
@@ -31,36 +26,6 @@ Result<std::vector<RecordedDistance>> read_distances(const std::string& path) {
                    "'" + text + "' at time " + std::to_string(time) + " is not a distance",
                    "write metres, or nan where the device gave no reading"};
     out.push_back({time, value});
-  }
-  return out;
-}
-
-/// `time,hook height[,sling,load x,load y,load z,load yaw,sway x,sway y]`: what is left out is 0.
-Result<std::vector<HoistReading>> read_hoist(const std::string& path) {
-  if (!std::filesystem::exists(path)) return std::vector<HoistReading>{};
-  auto rows = read_time_csv(path);
-  if (!rows) return rows.error();
-  std::vector<HoistReading> out;
-  for (const auto& [time, text] : *rows) {
-    std::vector<double> v;
-    const char* at = text.c_str();
-    for (char* end = nullptr; v.size() < 8; at = end + 1) {
-      v.push_back(std::strtod(at, &end));
-      const bool good = end != at && std::isfinite(v.back()) && (*end == '\0' || *end == ',');
-      if (!good) return bad_hoist(path, time, text);
-      if (*end == '\0') break;
-      if (v.size() == 8) return bad_hoist(path, time, text);
-    }
-    v.resize(8);
-    HoistReading r;
-    r.time = time;
-    r.hook_height_m = v[0];
-    r.sling_m = v[1];
-    r.load_size_m = {v[2], v[3], v[4]};
-    r.load_yaw_rad = v[5];
-    r.sway_m = {v[6], v[7]};
-    if (r.sling_m < 0 || r.load_size_m.minCoeff() < 0) return bad_hoist(path, time, text);
-    out.push_back(r);
   }
   return out;
 }
@@ -119,7 +84,7 @@ Result<Recording> Recording::open(const std::string& folder) {
                    "without positions nothing can be mapped"};
     (cart ? r.cart_ : r.trolley_) = std::move(*distances);
   }
-  auto hoist = read_hoist(folder + "/hoist0/data.csv");
+  auto hoist = read_hoist_csv(folder + "/hoist0/data.csv");
   if (!hoist) return hoist.error();
   r.hoist_ = std::move(*hoist);
   return r;

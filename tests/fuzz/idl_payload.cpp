@@ -14,6 +14,9 @@
 #include "octree_mapPubSubTypes.h"
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
+#include "tile_requestPubSubTypes.h"
+#include "zone_commandPubSubTypes.h"
+#include "zone_setPubSubTypes.h"
 
 namespace {
 
@@ -21,7 +24,7 @@ namespace v1 = crane::v1;
 
 template <class PubSubType, class Type>
 void decode(const std::uint8_t* data, std::size_t size) {
-  static crane::dds::GuardedType<PubSubType> type;
+  static crane::dds::GuardedType<PubSubType> type(true);
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size + 1));
   std::memcpy(payload.data, data, size);
   payload.length = static_cast<std::uint32_t>(size);
@@ -39,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t which = data[0];
   ++data;
   --size;
-  switch (which % 9) {
+  switch (which % 12) {
     case 0:
       decode<v1::RangefinderPositionPubSubType, v1::RangefinderPosition>(data, size);
       break;
@@ -60,6 +63,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 8:
       decode<v1::ClearanceReplyPubSubType, v1::ClearanceReply>(data, size);
+      break;
+    case 9:
+      decode<v1::TileRequestPubSubType, v1::TileRequest>(data, size);
+      break;
+    case 10:
+      decode<v1::ZoneSetPubSubType, v1::ZoneSet>(data, size);
+      break;
+    case 11:
+      decode<v1::ZoneCommandPubSubType, v1::ZoneCommand>(data, size);
       break;
     case 5:
       decode<v1::MapStatusPubSubType, v1::MapStatus>(data, size);

@@ -1,14 +1,16 @@
-// data.csv and image headers. (Pixels are OpenCV's, libpng's and libjpeg's.)
+// data.csv, that of hoist0, and image headers. (Pixels are OpenCV's, libpng's and libjpeg's.)
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "recording/csv.hpp"
+#include "recording/hoist_csv.hpp"
 #include "recording/image_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)crane::parse_time_csv(text, "fuzz");
+  (void)crane::parse_hoist_csv(text, "fuzz");
   (void)crane::decode_image({data, data + size}, "fuzz", 4096);
   return 0;
 }

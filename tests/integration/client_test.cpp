@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <fstream>
+#include <mutex>
+
 #include "domain.hpp"
 #include "map_codec/crc32c.hpp"
 #include "map_codec/octree_stream.hpp"
@@ -140,6 +144,133 @@ TEST_F(ClientTest, TheOctreeOnTheNetworkIsABtFile) {
   const auto file = decompress((*sample)->payload(), (*sample)->decoded_bytes());
   ASSERT_TRUE(file);
   EXPECT_EQ(*file, write_bt(builder_.map()));
+}
+
+TEST_F(ClientTest, ATileThatEmptiesIsGoneHereToo) {
+  put({0, 0}, 0.5);
+  put({1, 0}, 0.7);
+  publish();
+  const auto map = join();
+  ASSERT_TRUE(map->wait_until_complete(10s));
+  EXPECT_EQ(map->status().tiles, 2U);
+  Tile& tile = builder_.map().tile({1, 0});
+  for (auto& [bz, block] : tile.blocks) block->log_odds.fill(0);
+  for (Column& column : tile.columns) column.stale = true;
+  tile.reclassified = true;
+  builder_.map().mark_changed(tile);
+  publish();
+  ASSERT_TRUE(test::eventually([&] { return map->status().tiles == 1; }));
+  EXPECT_TRUE(map->wait_until_complete(10s));
+  EXPECT_EQ(map->height(1.7, 0.1).surface, client::Surface::kStale);
+  EXPECT_TRUE(client::is_known(map->height(0.1, 0.1).surface));
+  const auto late = join();
+  ASSERT_TRUE(late->wait_until_complete(10s));
+  EXPECT_EQ(late->status().tiles, 1U);
+  EXPECT_EQ(late->status().voxel_digest, map->status().voxel_digest);
+}
+
+TEST_F(ClientTest, WhatIsMissingIsAskedForAndSentAgain) {
+  put({0, 0}, 0.5);
+  put({40, -3}, 0.7);
+  publish();
+  const auto map = join();
+  ASSERT_TRUE(map->wait_until_complete(10s));
+  // Somebody else ends an instance: a tile is lost here, and nothing says so but the digests.
+  auto stranger = *dds::Participant::create(test::settings(), "stranger");
+  auto writer = *dds::Writer<dds::MapTileTopic>::create(stranger);
+  ASSERT_TRUE(test::eventually([&] { return writer.matched() == 1; }));
+  v1::MapTile tile;
+  tile.crane(1);
+  tile.tile_x(40);
+  tile.tile_y(-3);
+  tile.voxel_m(0.05);
+  tile.encoding(1);
+  tile.payload({1});
+  ASSERT_TRUE(writer.write(tile));  // an instance must be known to be ended
+  ASSERT_TRUE(writer.dispose(tile));
+  ASSERT_TRUE(test::eventually([&] { return map->status().tiles == 1; }));
+  EXPECT_FALSE(map->status().complete);
+  auto requests = *dds::Reader<dds::TileRequestTopic>::create(participant_, nullptr);
+  const bool whole = test::eventually([&] {
+    while (const auto request = requests.take())
+      EXPECT_TRUE(publisher_.send_again(builder_, **request));
+    publisher_.publish_status(builder_, {});
+    return map->status().complete;
+  });
+  EXPECT_TRUE(whole);
+  EXPECT_GE(map->status().resyncs, 1U);
+  EXPECT_EQ(map->status().tiles, 2U);
+  // The other tile was in another bucket and was not sent again.
+  EXPECT_EQ(publisher_.dropped.counts().at("tiles sent again on request"), map->status().resyncs);
+}
+
+TEST_F(ClientTest, TilesOfAMapThatNoHeartbeatNamesChangeNothing) {
+  put({0, 0}, 0.5);
+  publish();
+  const auto map = join();
+  ASSERT_TRUE(map->wait_until_complete(10s));
+  const client::Status before = map->status();
+  auto stranger = *dds::Participant::create(test::settings(), "stranger");
+  auto writer = *dds::Writer<dds::HeightTileTopic>::create(stranger);
+  ASSERT_TRUE(test::eventually([&] { return writer.matched() == 1; }));
+  TileHeights flat;
+  for (ColumnHeight& c : flat) c = {0, 0, ColumnState::kFloor, kNsPerSecond};
+  v1::HeightTile tile;
+  tile.crane(1);
+  tile.voxel_m(0.05);
+  tile.encoding(1);
+  tile.payload(encode_heights(flat));
+  tile.crc32c(crc32c(tile.payload()));
+  tile.map_id(before.map_id + 1);
+  tile.revision(1'000'000);
+  ASSERT_TRUE(writer.write(tile));
+  tile.map_id(before.map_id);
+  tile.revision(0);  // of this map, but older than what is held
+  ASSERT_TRUE(writer.write(tile));
+  tile.crane(2);
+  ASSERT_TRUE(writer.write(tile));
+  ASSERT_TRUE(test::eventually(
+      [&] { return map->status().samples_refused >= before.samples_refused + 2; }));
+  publisher_.publish_status(builder_, {});
+  EXPECT_TRUE(map->wait_until_complete(5s));
+  EXPECT_EQ(map->status().height_digest, before.height_digest);
+  EXPECT_NEAR(map->height(0.1, 0.1).height_m, 0.5, 0.03);
+}
+
+TEST_F(ClientTest, IsToldOfChangesAndSavesWhatItHolds) {
+  const auto map = join();
+  std::mutex mutex;
+  std::vector<client::Update> updates;
+  map->on_update([&](const client::Update& u) {
+    const std::lock_guard lock(mutex);
+    (void)map->status();  // a callback may ask
+    updates.push_back(u);
+  });
+  put({0, 0}, 0.5);
+  put({2, 1}, 0.25);
+  publish();
+  ASSERT_TRUE(map->wait_until_complete(10s));
+  ASSERT_TRUE(test::eventually([&] {
+    const std::lock_guard lock(mutex);
+    double x1 = 0;
+    for (const client::Update& u : updates)
+      for (const client::Area& a : u.areas) x1 = std::max(x1, a.x1_m);
+    return std::abs(x1 - 3 * 1.6) < 1e-9;
+  }));
+  map->on_update(nullptr);
+  const std::size_t told = updates.size();
+  put({5, 5}, 0.3);
+  publish();
+  ASSERT_TRUE(test::eventually([&] { return map->status().tiles == 3; }));
+  EXPECT_EQ(updates.size(), told) << "an ended callback is not called";
+  const test::TempFolder folder;
+  std::string error;
+  ASSERT_TRUE(map->save_bt(folder / "held.bt", error)) << error;
+  std::ifstream file(folder / "held.bt", std::ios::binary);
+  const Bytes held((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  EXPECT_EQ(held, write_bt(builder_.map()));
+  EXPECT_FALSE(map->save_bt("/proc/nowhere/map.bt", error));
+  EXPECT_NE(error.find("/proc/nowhere/map.bt"), std::string::npos);
 }
 
 }  // namespace

@@ -10,10 +10,13 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <random>
 
+#include "clearance_replyPubSubTypes.h"
+#include "clearance_requestPubSubTypes.h"
 #include "dds/participant_impl.hpp"
 #include "dds/validate.hpp"
 #include "domain.hpp"
 #include "height_tilePubSubTypes.h"
+#include "hoist_statePubSubTypes.h"
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
 #include "octree_mapPubSubTypes.h"
@@ -21,6 +24,9 @@
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
 #include "stereo_framePubSubTypes.h"
+#include "tile_requestPubSubTypes.h"
+#include "zone_commandPubSubTypes.h"
+#include "zone_setPubSubTypes.h"
 
 namespace crane::dds {
 namespace {
@@ -176,6 +182,44 @@ TEST(HostileSamples, TypesWithStringsAndSequences) {
   octree.encoding(1);
   octree.payload(std::vector<std::uint8_t>(1000, 7));
   attack<OctreeMapTopic, v1::OctreeMapPubSubType>(octree, 1000);
+}
+
+TEST(HostileSamples, WhatControllersAndPlantsWrite) {
+  v1::HoistState hoist;
+  hoist.crane(1);
+  hoist.time_ns(1);
+  attack<HoistStateTopic, v1::HoistStatePubSubType>(hoist, 1000);
+  v1::Zone zone;
+  zone.id(3);
+  zone.kind(v1::ZONE_NO_GO);
+  zone.active(1);
+  zone.z_max_m(2);
+  zone.name("welding cell");
+  zone.corners().resize(4);
+  v1::ZoneCommand command;
+  command.crane(1);
+  command.action(v1::ZONE_SET);
+  command.zone(zone);
+  attack<ZoneCommandTopic, v1::ZoneCommandPubSubType>(command, 1000);
+  v1::ZoneSet set;
+  set.crane(1);
+  set.zones().assign(3, zone);
+  attack<ZoneSetTopic, v1::ZoneSetPubSubType>(set, 1000);
+  v1::TileRequest request;
+  request.crane(1);
+  request.time_ns(1);
+  attack<TileRequestTopic, v1::TileRequestPubSubType>(request, 1000);
+}
+
+TEST(HostileSamples, ClearanceRequestsAndReplies) {
+  v1::ClearanceRequest request;
+  request.crane(1);
+  request.path().resize(5);
+  attack<ClearanceRequestTopic, v1::ClearanceRequestPubSubType>(request, 1000);
+  v1::ClearanceReply reply;
+  reply.crane(1);
+  reply.text("an obstacle");
+  attack<ClearanceReplyTopic, v1::ClearanceReplyPubSubType>(reply, 1000);
 }
 
 TEST(HostileSamples, ZeroCopyTypes) {

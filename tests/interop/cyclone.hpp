@@ -1,11 +1,8 @@
 #pragma once
 
 #include <cstdlib>
-#include <fstream>
-#include <list>
 
-#include "system/process.hpp"
-#include "temp_folder.hpp"
+#include "system/live_services.hpp"
 
 namespace crane::test {
 
@@ -23,22 +20,6 @@ inline Process cyclone(const std::string& program, std::vector<std::string> argu
          1);
   arguments.insert(arguments.begin(), program);
   return Process(std::move(arguments), output);
-}
-
-/// Mapper, stereo, and players that go round the rig's recording without end.
-/// Their configuration is `folder`/site.yaml.
-inline std::list<Process> live_services(const TempFolder& folder, const std::string& domain) {
-  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain << "}\n";
-  std::list<Process> services;
-  const auto start = [&](const std::string& name, std::vector<std::string> more) {
-    more.insert(more.begin(), {"cranemap-" + name, "--config", folder / "site.yaml"});
-    services.emplace_back(more, folder / (name + ".txt"));
-  };
-  start("mapper", {"--calibration", rig_recording()});
-  start("stereo", {"--calibration", rig_recording()});
-  for (const char* player : {"rangefinder", "camera"})
-    start(player, {rig_recording(), "--rate", "real", "--loop", "--stream", "7"});
-  return services;
 }
 
 }  // namespace crane::test

@@ -1,4 +1,5 @@
 #include "recording/recording.hpp"
+#include "recording/hoist_csv.hpp"
 
 #include <gtest/gtest.h>
 
@@ -154,6 +155,22 @@ TEST(RecordingWriter, WritesWhatRecordingOpens) {
   const auto back = read_image(opened->frames()[0].left_file, 1'000'000);
   ASSERT_TRUE(back);
   EXPECT_EQ(back->bytes, image.bytes);
+}
+
+TEST(HoistCsv, ReadsHeightAloneOrAllAndNamesWhatIsWrong) {
+  const auto all = parse_hoist_csv("#time\n5,0.9\n7,1.5,0.1,2,1,0.5,-0.3,0.01,-0.02\n", "h.csv");
+  ASSERT_TRUE(all) << all.error().text();
+  ASSERT_EQ(all->size(), 2U);
+  EXPECT_EQ((*all)[0].hook_height_m, 0.9);
+  EXPECT_FALSE((*all)[0].has_load());
+  EXPECT_TRUE((*all)[1].has_load());
+  EXPECT_EQ((*all)[1].sway_m.y(), -0.02);
+  for (const char* bad : {"5,\n", "5,x\n", "5,1,2,3,4,5,6,7,8,9\n", "5,1,-1\n", "5,1,0,1,nan\n",
+                          "5,1,0,-2,1,1\n", "5,1,\n"}) {
+    const auto read = parse_hoist_csv(bad, "h.csv");
+    ASSERT_FALSE(read) << bad;
+    EXPECT_NE(read.error().text().find("h.csv"), std::string::npos);
+  }
 }
 
 }  // namespace
