@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <cstring>
 
 #include <fastdds/dds/topic/TopicDataType.hpp>
@@ -12,12 +11,6 @@ namespace crane::dds {
 template <class PubSubType>
 class GuardedType final : public PubSubType {
  public:
-  /// `big`: histories begin with little memory for each sample, and take more when they need it.
-  explicit GuardedType(bool big) {
-    constexpr std::uint32_t kAtFirst = 4096;
-    if (big && this->m_typeSize > kAtFirst) this->m_typeSize = kAtFirst;
-  }
-
   bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
     try {
       return PubSubType::deserialize(payload, data);

@@ -33,6 +33,7 @@ struct QosSpec {
   int liveliness_ms = 0;   ///< automatic liveliness lease; 0 = infinite
   bool zero_copy = false;  ///< data-sharing with loans between processes of one host
   bool big = false;        ///< payload memory is taken when needed, not in advance
+  bool unbounded = false;  ///< of a type without bounds, unkeyed: ROS 2's
   bool disposes = false;   ///< instances end: readers are handed their keys
 };
 

@@ -41,10 +41,13 @@ void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
   qos.resource_limits().max_instances = spec.max_instances;
   qos.resource_limits().max_samples_per_instance = spec.depth;
   qos.resource_limits().max_samples = spec.max_instances * spec.depth;
-  qos.resource_limits().allocated_samples = spec.big ? 1 : spec.depth;
-  // Not one of the dynamic policies: readers with those cannot take the end of an instance, which
-  // has no payload, and wait for it for ever.
-  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.resource_limits().allocated_samples = spec.big || spec.unbounded ? 1 : spec.depth;
+  // The dynamic policies know no bound, but a reader with one cannot take the end of an instance,
+  // which has no payload, and waits for it for ever. With the other each sample takes the address
+  // space of its bound; memory only as far as it is written to.
+  qos.endpoint().history_memory_policy = spec.unbounded
+                                             ? rtps::DYNAMIC_REUSABLE_MEMORY_MODE
+                                             : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   if (spec.deadline_ms > 0) qos.deadline().period = seconds(spec.deadline_ms);
   if (spec.lifespan_ms > 0) qos.lifespan().duration = seconds(spec.lifespan_ms);
   if (spec.liveliness_ms > 0) qos.liveliness().lease_duration = seconds(spec.liveliness_ms);
@@ -59,8 +62,7 @@ Result<fdds::Topic*> topic_of(Participant::Impl& p, const std::string& name) {
   const std::lock_guard lock(p.mutex);
   fdds::Topic*& topic = p.topics[name];
   if (topic == nullptr) {
-    fdds::TypeSupport type(
-        new GuardedType<typename Support<typename Topic::Type>::PubSubType>(Topic::kQos.big));
+    fdds::TypeSupport type(new GuardedType<typename Support<typename Topic::Type>::PubSubType>());
     type.register_type(p.participant);
     topic = p.participant->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
   }

@@ -24,7 +24,7 @@ namespace v1 = crane::v1;
 
 template <class PubSubType, class Type>
 void decode(const std::uint8_t* data, std::size_t size) {
-  static crane::dds::GuardedType<PubSubType> type(true);
+  static crane::dds::GuardedType<PubSubType> type;
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size + 1));
   std::memcpy(payload.data, data, size);
   payload.length = static_cast<std::uint32_t>(size);
