@@ -8,6 +8,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 #include "dds/endpoints.hpp"
@@ -42,10 +43,10 @@ void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
   qos.resource_limits().max_samples_per_instance = spec.depth;
   qos.resource_limits().max_samples = spec.max_instances * spec.depth;
   qos.resource_limits().allocated_samples = spec.big || spec.unbounded ? 1 : spec.depth;
-  // The dynamic policies know no bound, but a reader with one cannot take the end of an instance,
-  // which has no payload, and waits for it for ever. With the other each sample takes the address
-  // space of its bound; memory only as far as it is written to.
-  qos.endpoint().history_memory_policy = spec.unbounded
+  // With the dynamic policy a sample takes the memory that it needs, but a reader with it cannot
+  // take the end of an instance, which has no payload, and waits for it for ever.
+  constexpr bool kWriter = std::is_same_v<Qos, fdds::DataWriterQos>;
+  qos.endpoint().history_memory_policy = spec.unbounded || (spec.big && kWriter)
                                              ? rtps::DYNAMIC_REUSABLE_MEMORY_MODE
                                              : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   if (spec.deadline_ms > 0) qos.deadline().period = seconds(spec.deadline_ms);
