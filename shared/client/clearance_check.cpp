@@ -112,6 +112,13 @@ class HighestRun {
     first_ = run.first;
     ends_at_obstacle_ = tile->is_occupied(column, first_ - 1);
   }
+  /// A group of columns that all have a run.
+  void add(const ColumnTile::CommonRun& run) {
+    end_ = std::min<int>(end_, run.end);
+    if (run.first <= first_) return;
+    first_ = run.first;
+    ends_at_obstacle_ = run.on_obstacle;
+  }
   /// Whether lowest_free() is what BlockedLevels would say.
   [[nodiscard]] bool easy(int count) const {
     return easy_ && ends_at_obstacle_ && first_ + count <= end_;
@@ -129,7 +136,7 @@ class TileRow {
   explicit TileRow(const ColumnView& map) : map_(map) {}
   struct Pair {
     const ColumnTile* voxels = nullptr;
-    const TileHeights* heights = nullptr;
+    const HeightColumns* heights = nullptr;
   };
   const Pair& at(int tile_x, int tile_y) {
     if (tile_y != y_) {
@@ -261,7 +268,7 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
     const bool decided = out.verdict == Verdict::kBlocked;
     for (const PolygonRow& row : rows_of(piece.hull, voxel)) {
       const ColumnTile* tile = nullptr;
-      const TileHeights* heights = nullptr;
+      const HeightColumns* heights = nullptr;
       for (int x = row.first; x <= row.last; ++x) {
         if (x == row.first || in_tile(x) == 0) {
           const TileRow::Pair& here = tiles.at(tile_of(x), tile_of(row.row));
@@ -269,8 +276,23 @@ Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, st
           heights = here.heights;
         }
         const int column = in_tile(row.row) * kTileEdge + in_tile(x);
+        // Eight at once where all of them are free, and seen not too long ago.
+        if (column % kGroup == 0 && x + kGroup - 1 <= row.last && tile != nullptr &&
+            tile->words > 0 && heights != nullptr) {
+          const auto group = static_cast<std::size_t>(column / kGroup);
+          const ColumnTile::CommonRun& run = tile->common[group];
+          const std::int64_t seen = heights->oldest[group];
+          if (run.first <= levels.low && levels.high < run.end && seen != 0 &&
+              seen >= oldest_allowed) {
+            out.columns += kGroup;
+            highest.add(run);
+            oldest = std::min(oldest, seen);
+            x += kGroup - 1;
+            continue;
+          }
+        }
         const ColumnHeight* surface =
-            heights != nullptr ? &(*heights)[std::size_t(column)] : nullptr;
+            heights != nullptr ? &heights->columns[std::size_t(column)] : nullptr;
         ++out.columns;
         highest.add(tile, column);
         Levels needed = levels;

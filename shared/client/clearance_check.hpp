@@ -12,7 +12,7 @@ namespace crane::client {
 struct ColumnView {
   double voxel_m = 0;
   std::function<const ColumnTile*(TileKey)> voxels;
-  std::function<const TileHeights*(TileKey)> heights;
+  std::function<const HeightColumns*(TileKey)> heights;
   const std::vector<Zone>* zones = nullptr;  ///< nullptr = none
 };
 

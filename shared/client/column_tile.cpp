@@ -1,5 +1,7 @@
 #include "client/column_tile.hpp"
 
+#include <algorithm>
+
 namespace crane::client {
 
 ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
@@ -36,7 +38,26 @@ ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
     out.top[static_cast<std::size_t>(column)] = {static_cast<std::int16_t>(z + 1),
                                                  static_cast<std::int16_t>(end)};
   }
+  out.common.resize(kGroups);
+  for (int column = 0; column < kTileColumns; ++column) {
+    const ColumnTile::Run& run = out.top[static_cast<std::size_t>(column)];
+    ColumnTile::CommonRun& common = out.common[static_cast<std::size_t>(column / kGroup)];
+    if (column % kGroup == 0) common = {run};
+    const bool none = run.first >= run.end || common.first >= common.end;
+    if (run.first > common.first) common.on_obstacle = false;
+    common.first = none ? std::int16_t{0} : std::max(common.first, run.first);
+    common.end = none ? std::int16_t{0} : std::min(common.end, run.end);
+    common.on_obstacle |= run.first == common.first && out.is_occupied(column, run.first - 1);
+  }
   return out;
+}
+
+void HeightColumns::sum_up() {
+  for (std::size_t g = 0; g < oldest.size(); ++g) {
+    oldest[g] = columns[g * kGroup].last_observed;
+    for (std::size_t i = 1; i < kGroup; ++i)
+      oldest[g] = std::min(oldest[g], columns[g * kGroup + i].last_observed);
+  }
 }
 
 }  // namespace crane::client

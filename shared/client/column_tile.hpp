@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <vector>
@@ -7,6 +8,18 @@
 #include "map_codec/tile_codec.hpp"
 
 namespace crane::client {
+
+/// Columns of a row that are looked at together.
+inline constexpr int kGroup = 8;
+inline constexpr int kGroups = kTileColumns / kGroup;
+
+/// One tile's heights, and of each group of columns when the oldest was seen.
+struct HeightColumns {
+  TileHeights columns{};
+  std::array<TimeNs, kGroups> oldest{};  ///< 0 = one was never seen
+
+  void sum_up();  ///< to be called when columns have changed
+};
 
 /// One tile's voxels column by column, as bits from the lowest voxel up: what a load needs to be
 /// free is an interval of them.
@@ -21,6 +34,11 @@ struct ColumnTile {
     std::int16_t first = 0, end = 0;
   };
   std::vector<Run> top;  ///< by column; empty when there are no words
+  /// What the runs of kGroup columns beside each other have in common; empty when one of them is.
+  struct CommonRun : Run {
+    bool on_obstacle = false;  ///< below `first` something is occupied
+  };
+  std::vector<CommonRun> common;  ///< by group
 
   [[nodiscard]] bool is_free(int column, int z) const { return bit(free, column, z); }
   [[nodiscard]] bool is_occupied(int column, int z) const { return bit(occupied, column, z); }

@@ -36,8 +36,7 @@ bool HeldMap::put(Voxels voxels) {
   return true;
 }
 
-bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc,
-                  const TileHeights& heights) {
+bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc, HeightColumns heights) {
   HeldTile& tile = tiles_[key];
   const BandKey digest_key{static_cast<std::int16_t>(key.x), static_cast<std::int16_t>(key.y), 0};
   if (tile.heights_sample) {
@@ -47,7 +46,7 @@ bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc,
   height_tiles_ += tile.heights_sample ? 0 : 1;
   height_digests_.add(digest_key, crc);
   tile.heights_sample = Sample{revision, crc};
-  tile.heights = heights;
+  tile.heights = std::move(heights);
   return true;
 }
 
@@ -85,7 +84,7 @@ const ColumnTile* HeldMap::columns(TileKey key) const {
   return it == tiles_.end() || it->second.bands.empty() ? nullptr : &it->second.columns;
 }
 
-const TileHeights* HeldMap::heights(TileKey key) const {
+const HeightColumns* HeldMap::heights(TileKey key) const {
   const auto it = tiles_.find(key);
   return it == tiles_.end() || !it->second.heights_sample ? nullptr : &it->second.heights;
 }

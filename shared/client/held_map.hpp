@@ -29,14 +29,14 @@ class HeldMap {
                                const DecodedTile& decoded) const;
   /// False, and nothing done, when a later revision of it is held.
   bool put(Voxels voxels);
-  bool put(TileKey key, std::uint64_t revision, std::uint32_t crc, const TileHeights& heights);
+  bool put(TileKey key, std::uint64_t revision, std::uint32_t crc, HeightColumns heights);
   void remove_voxels(BandKey key);
   void remove_heights(TileKey key);
   void put(std::uint64_t revision, std::vector<Zone> zones);
 
   [[nodiscard]] std::uint64_t map_id() const { return map_id_; }
   [[nodiscard]] const ColumnTile* columns(TileKey key) const;
-  [[nodiscard]] const TileHeights* heights(TileKey key) const;
+  [[nodiscard]] const HeightColumns* heights(TileKey key) const;
   [[nodiscard]] const std::vector<Zone>& zones() const { return zones_; }
   [[nodiscard]] std::uint64_t zones_revision() const { return zones_revision_; }
   [[nodiscard]] std::uint32_t voxel_tiles() const { return voxel_tiles_; }
@@ -53,7 +53,7 @@ class HeldMap {
     std::map<int, BlockClasses> blocks;
     ColumnTile columns;
     std::optional<Sample> heights_sample;
-    TileHeights heights;
+    HeightColumns heights;
   };
   [[nodiscard]] const std::unordered_map<TileKey, HeldTile, TileKeyHash>& tiles() const {
     return tiles_;

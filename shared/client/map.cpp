@@ -185,8 +185,10 @@ struct Map::Impl {
     const auto decoded = decode_heights(s.payload());
     if (!decoded) return refuse();
     const TileKey key{s.tile_x(), s.tile_y()};
+    HeightColumns heights{*decoded, {}};
+    heights.sum_up();
     const std::unique_lock lock(mutex);
-    refused += map_of(s.map_id()).put(key, s.revision(), s.crc32c(), *decoded) ? 0 : 1;
+    refused += map_of(s.map_id()).put(key, s.revision(), s.crc32c(), std::move(heights)) ? 0 : 1;
     arrived(key);
   }
 
@@ -366,9 +368,9 @@ Height Map::height(double x_m, double y_m) const {
   if (!(impl_->voxel_m > 0) || !(std::abs(x_m) < 1e5) || !(std::abs(y_m) < 1e5)) return {};
   const int x = static_cast<int>(std::floor(x_m / impl_->voxel_m));
   const int y = static_cast<int>(std::floor(y_m / impl_->voxel_m));
-  const TileHeights* tile = impl_->held.heights({tile_of(x), tile_of(y)});
+  const HeightColumns* tile = impl_->held.heights({tile_of(x), tile_of(y)});
   if (tile == nullptr) return {};
-  return to_height((*tile)[static_cast<std::size_t>(in_tile(y) * kTileEdge + in_tile(x))]);
+  return to_height(tile->columns[static_cast<std::size_t>(in_tile(y) * kTileEdge + in_tile(x))]);
 }
 
 HeightGrid Map::heights() const {
@@ -392,7 +394,7 @@ HeightGrid Map::heights() const {
     for (std::size_t i = 0; i < kTileColumns; ++i) {
       const std::size_t column = std::size_t(key.x - low->x) * kTileEdge + i % kTileEdge;
       const std::size_t row = std::size_t(key.y - low->y) * kTileEdge + i / kTileEdge;
-      grid.cells[row * grid.columns + column] = to_height(tile.heights[i]);
+      grid.cells[row * grid.columns + column] = to_height(tile.heights.columns[i]);
     }
   }
   return grid;
@@ -410,13 +412,14 @@ AreaHeight Map::max_height(const Area& area) const {
   std::uint64_t columns = 0;
   std::uint64_t unknown = 0;
   for (int y = index(area.y0_m); y <= index(area.y1_m); ++y) {
-    const TileHeights* tile = nullptr;
+    const HeightColumns* tile = nullptr;
     for (int x = index(area.x0_m); x <= index(area.x1_m); ++x) {
       if (x == index(area.x0_m) || in_tile(x) == 0)
         tile = impl_->held.heights({tile_of(x), tile_of(y)});
       ++columns;
-      const ColumnHeight* c =
-          tile != nullptr ? &(*tile)[std::size_t(in_tile(y) * kTileEdge + in_tile(x))] : nullptr;
+      const ColumnHeight* c = tile != nullptr
+                                  ? &tile->columns[std::size_t(in_tile(y) * kTileEdge + in_tile(x))]
+                                  : nullptr;
       if (c == nullptr || !is_known(c->state)) {
         ++unknown;
         continue;

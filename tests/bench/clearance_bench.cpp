@@ -17,7 +17,7 @@ constexpr double kVoxel = 0.05;
 /// Floor, 8 m of free space, and 200 things to stand in the way.
 struct Hall {
   std::map<TileKey, ColumnTile> columns;
-  std::map<TileKey, TileHeights> heights;
+  std::map<TileKey, HeightColumns> heights;
 
   Hall() {
     std::mt19937 random(1);
@@ -39,7 +39,8 @@ struct Hall {
             byte = static_cast<std::uint8_t>(byte | (solid ? 2U : 1U) << (2 * (i % 4)));
           }
         columns[{tx, ty}] = columns_of(tile.blocks);
-        for (ColumnHeight& c : heights[{tx, ty}]) c.last_observed = kNsPerSecond;
+        for (ColumnHeight& c : heights[{tx, ty}].columns) c.last_observed = kNsPerSecond;
+        heights[{tx, ty}].sum_up();
       }
   }
   [[nodiscard]] ColumnView view() const {

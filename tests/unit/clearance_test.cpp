@@ -18,7 +18,7 @@ constexpr double kVoxel = 0.1;
 struct TestMap {
   std::map<TileKey, DecodedTile> tiles;
   std::map<TileKey, ColumnTile> columns;
-  std::map<TileKey, TileHeights> heights;
+  std::map<TileKey, HeightColumns> heights;
 
   void set(int x, int y, int z, Occupancy class_) {
     auto& byte = tiles[{tile_of(x), tile_of(y)}].blocks[tile_of(z)][std::size_t(
@@ -33,8 +33,10 @@ struct TestMap {
   void finish(TimeNs seen) {
     for (const auto& [key, tile] : tiles) {
       columns[key] = columns_of(tile.blocks);
-      TileHeights& h = heights[key];
-      for (ColumnHeight& c : h) c.last_observed = seen;
+      HeightColumns& h = heights[key];
+      for (std::size_t i = 0; i < h.columns.size(); ++i)  // not all at once
+        h.columns[i].last_observed = seen + TimeNs(i * 7919 % 3001) * 1'000'000;
+      h.sum_up();
     }
   }
   [[nodiscard]] ColumnView view() const {
@@ -111,7 +113,7 @@ bool touches(const std::vector<Corner>& hull, double x0, double y0, double cell)
 
 /// Whether all voxels over the cells that touch a polygon are free, one by one.
 bool all_free(const TestMap& map, const std::vector<Corner>& hull, double low_m, double high_m,
-              std::uint64_t* columns = nullptr) {
+              std::uint64_t* columns = nullptr, TimeNs* oldest = nullptr) {
   bool free = true;
   double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
   for (const Corner& c : hull) {
@@ -123,6 +125,10 @@ bool all_free(const TestMap& map, const std::vector<Corner>& hull, double low_m,
     for (int y = index(y0) - 1; y <= index(y1) + 1; ++y) {
       if (!touches(hull, x * kVoxel, y * kVoxel, kVoxel)) continue;
       if (columns != nullptr) ++*columns;
+      if (oldest != nullptr)
+        *oldest = std::min(*oldest, map.heights.at({tile_of(x), tile_of(y)})
+                                        .columns[std::size_t(in_tile(y) * 32 + in_tile(x))]
+                                        .last_observed);
       for (int z = static_cast<int>(std::floor(low_m / kVoxel));
            z < static_cast<int>(std::ceil(high_m / kVoxel)); ++z)
         free &= map.at(x, y, z) == Occupancy::kFree;
@@ -152,10 +158,12 @@ TEST(Clearance, EqualsASlowReferenceVoxelByVoxel) {
       const Clearance answer = check_clearance(q, map.view(), q.now_ns);
       bool free = true;
       std::uint64_t columns = 0;
+      TimeNs oldest = q.now_ns;
       for (const SweptPiece& piece : sweep(q, kVoxel))
-        free &= all_free(map, piece.hull, piece.low_m, piece.high_m, &columns);
+        free &= all_free(map, piece.hull, piece.low_m, piece.high_m, &columns, &oldest);
       ASSERT_EQ(answer.verdict, free ? Verdict::kClear : Verdict::kBlocked) << hall << " " << i;
       ASSERT_EQ(answer.columns, columns);
+      ASSERT_NEAR(answer.oldest_age_s, double(q.now_ns - oldest) * 1e-9, 1e-6);
       clear += free ? 1 : 0;
       if (free) continue;
       const int x = static_cast<int>(std::floor(answer.first_x_m / kVoxel));
@@ -249,7 +257,7 @@ TEST(Clearance, NamesTheFirstObstacleAndTheHeightThatIsSafe) {
     for (int i = 0; i < kTileColumns; ++i) {
       const int x = key.x * 32 + i % 32, y = key.y * 32 + i / 32;
       if (x >= 20 && x < 25 && y >= -3 && y < 3)
-        tile[std::size_t(i)] = {1.13, 0.01, ColumnState::kObstacle, 1000 * kNsPerSecond};
+        tile.columns[std::size_t(i)] = {1.13, 0.01, ColumnState::kObstacle, 1000 * kNsPerSecond};
     }
   EXPECT_EQ(check_clearance(over_the_hall(1.25), finer.view(), 1010 * kNsPerSecond).verdict,
             Verdict::kClear);
@@ -406,7 +414,8 @@ TEST(Clearance, WhatIsForgottenIsStaleNotUnknown) {
   ClearanceQuery q = over_the_hall(2.5);
   EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).reason, Reason::kUnknown);
   for (int y = -3; y < 3; ++y)
-    map.heights[{0, tile_of(y)}][std::size_t(in_tile(y) * 32 + 5)].state = ColumnState::kStale;
+    map.heights[{0, tile_of(y)}].columns[std::size_t(in_tile(y) * 32 + 5)].state =
+        ColumnState::kStale;
   EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).reason, Reason::kStale);
 }
 
