@@ -89,14 +89,46 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   report.freed = freed;
   for (Tile* tile : frustum.tiles)
     if (tile->changed) map.mark_changed(*tile);
-  Tile* tile = nullptr;  // hits come column by column: mostly of the same tile as the last
-  for (const SurfaceHit& hit : *hits) {
-    const TileKey key{tile_of(hit.x), tile_of(hit.y)};
-    if (tile == nullptr || tile->key != key) tile = &map.tile(key);
-    apply(hit, time, *tile, map, report);
-    map.mark_changed(*tile);
-  }
+  report.occupied = apply_all(*hits, time, map);
   return report;
+}
+
+std::uint64_t ProjectiveIntegrator::apply_all(const std::vector<SurfaceHit>& hits, TimeNs time,
+                                              OccupancyMap& map) {
+  struct Run {  // of hits in one tile; they come column by column
+    Tile* tile;
+    std::size_t begin, end;
+  };
+  std::vector<Run> runs;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const TileKey key{tile_of(hits[i].x), tile_of(hits[i].y)};
+    if (runs.empty() || runs.back().tile->key != key) {
+      runs.push_back({&map.tile(key), i, i});
+      map.mark_changed(*runs.back().tile);
+    }
+    runs.back().end = i + 1;
+  }
+  // Two threads, each with tiles of its own.
+  const auto apply_half = [&](unsigned half) {
+    std::uint64_t occupied = 0;
+    for (const Run& run : runs) {
+      if (((static_cast<unsigned>(run.tile->key.x) + static_cast<unsigned>(run.tile->key.y)) &
+           1U) != half)
+        continue;
+      for (std::size_t i = run.begin; i < run.end; ++i)
+        occupied += apply(hits[i], time, *run.tile, map) ? 1 : 0;
+    }
+    return occupied;
+  };
+  constexpr std::size_t kWorthAThread = 10'000;  // hits
+  if (hits.size() < kWorthAThread) return apply_half(0) + apply_half(1);
+  std::uint64_t odd = 0;
+  std::uint64_t even = 0;
+  {
+    const std::jthread other([&] { odd = apply_half(1); });
+    even = apply_half(0);
+  }
+  return odd + even;
 }
 
 ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, OccupancyMap& map) {
@@ -104,7 +136,8 @@ ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, Occ
   const double voxel = map.voxel_m();
   const Eigen::Isometry3d T_rectified_map = f.T_map_rectified.inverse();
   Projection& p = projection_;
-  p.R = (T_rectified_map.linear() * voxel).cast<float>();
+  p.R_exact = T_rectified_map.linear() * voxel;
+  p.R = p.R_exact.cast<float>();
   p.t = T_rectified_map.translation();
   FreeProjection& c = p.cells;
   c.cells = free_.cells();
@@ -168,10 +201,10 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
   const int z_last = std::min(kTileEdge - 1, map.index(settings_.z_max_m) - block_z * kTileEdge);
   // Centre of the block's first voxel, in the camera.
-  const Eigen::Vector3d first = p.R.cast<double>() * Eigen::Vector3d(tile.key.x * kTileEdge + 0.5,
-                                                                     tile.key.y * kTileEdge + 0.5,
-                                                                     block_z * kTileEdge + 0.5) +
-                                p.t;
+  const Eigen::Vector3d first =
+      p.R_exact * Eigen::Vector3d(tile.key.x * kTileEdge + 0.5, tile.key.y * kTileEdge + 0.5,
+                                  block_z * kTileEdge + 0.5) +
+      p.t;
   for (int z0 = 0; z0 < kTileEdge; z0 += kCube) {
     if (z0 + kCube <= z_first || z0 > z_last) continue;
     const bool whole = z0 >= z_first && z0 + kCube - 1 <= z_last;
@@ -238,8 +271,8 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
   return freed;
 }
 
-void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map,
-                                 IntegrationReport& report) {
+bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
+                                 OccupancyMap& map) {
   const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
   int z = hit.z;
   int strength = kHit;
@@ -258,14 +291,14 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
     }
   }
   Block* block = map.block(tile, tile_of(z));
-  if (block == nullptr) return;
+  if (block == nullptr) return false;
   const int index = in_tile(z) * kTileColumns + column;
   std::int8_t& log_odds = block->log_odds[static_cast<std::size_t>(index)];
   // A voxel with a surface in this very frame is not free, whatever passes beside it. (One that is
   // still as occupied as can be was not freed.)
   const int most = settings_.as_octomap ? kOctomapMax : kLogOddsMax;
   const auto centre = [&]() -> Eigen::Vector3f {
-    return (projection_.R.cast<double>() * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
+    return (projection_.R_exact * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
             projection_.t)
         .cast<float>();
   };
@@ -283,7 +316,7 @@ void ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
   block->settled[cube_index(in_tile(hit.x), in_tile(hit.y), in_tile(z))] = 0;
   tile.moved |= map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
   saw_surface(tile.columns[static_cast<std::size_t>(column)], z, time);
-  ++report.occupied;
+  return true;
 }
 
 }  // namespace crane

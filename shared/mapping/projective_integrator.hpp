@@ -30,8 +30,8 @@ struct IntegrationReport {
 /// voxels are projected into the depth image and freed or left at once, and voxel by voxel only
 /// where a surface passes through them; those that are as free as can be are left out until the
 /// next epoch. Cost is that of what is seen, not of the map. Two threads: one finds surfaces while
-/// the other frees, then both free; short of the map's memory limit the result does not depend on
-/// their timing.
+/// the other frees, then both free, and both put surfaces in; short of the map's memory limit the
+/// result does not depend on their timing.
 class ProjectiveIntegrator {
  public:
   explicit ProjectiveIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
@@ -42,8 +42,9 @@ class ProjectiveIntegrator {
  private:
   /// How map points fall on the cells of FreeDepth.
   struct Projection {
-    Eigen::Matrix3f R;  ///< rectified camera from map, per voxel
-    Eigen::Vector3d t;  ///< position of map origin in the camera, [m]
+    Eigen::Matrix3d R_exact;  ///< rectified camera from map, per voxel
+    Eigen::Matrix3f R;        ///< the same
+    Eigen::Vector3d t;        ///< position of map origin in the camera, [m]
     FreeProjection cells;
   };
   /// Tiles and blocks that the frustum touches.
@@ -56,8 +57,10 @@ class ProjectiveIntegrator {
   std::uint64_t carve(const Frustum& frustum, std::atomic<std::size_t>& next, OccupancyMap& map);
   std::uint64_t carve_block(Tile& tile, int block_z, OccupancyMap& map);
   [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
-  void apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map,
-             IntegrationReport& report);
+  /// Returns the number of voxels observed occupied.
+  std::uint64_t apply_all(const std::vector<SurfaceHit>& hits, TimeNs time, OccupancyMap& map);
+  /// False when there is no memory for it.
+  bool apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map);
 
   IntegratorSettings settings_;
   SurfaceFinder surfaces_;
