@@ -10,6 +10,7 @@
 #include <atomic>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "base/log.hpp"
 #include "dds/host_checks.hpp"
@@ -94,6 +95,20 @@ void set_transport(fdds::DomainParticipantQos& qos, const Settings& settings) {
   builtin.metatrafficMulticastLocatorList.push_back(multicast);
 }
 
+/// A check before every transport that listens to the network. What a profile leaves to Fast DDS
+/// (UDP and shared memory) is made here instead, so that it can be checked as well.
+void guard_transports(fdds::DomainParticipantQos& qos, const std::shared_ptr<GuardCounts>& counts) {
+  using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
+  auto& transports = qos.transport().user_transports;
+  if (std::exchange(qos.transport().use_builtin_transports, false)) {
+    transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
+    transports.push_back(std::make_shared<SharedMemTransportDescriptor>());
+  }
+  for (auto& transport : transports)
+    if (dynamic_cast<SharedMemTransportDescriptor*>(transport.get()) == nullptr)
+      transport = guarded(transport, counts);
+}
+
 Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& qos) {
   auto* factory = fdds::DomainParticipantFactory::get_instance();
   if (!std::filesystem::exists(settings.profile_file))
@@ -141,6 +156,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
     if (auto room = check_shared_memory(settings.shm_segment_bytes + kZeroCopyBytes); !room)
       return room.error();
   }
+  if (settings.guard_datagrams) guard_transports(qos, impl->guard);
   qos.name(name);
   ++participants();
 
@@ -170,6 +186,10 @@ Participant::~Participant() {
   if (impl_->participant == nullptr) return;
   impl_->participant->delete_contained_entities();
   fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
+}
+
+std::uint64_t Participant::refused_datagrams() const {
+  return impl_->guard->refused;
 }
 
 const Settings& Participant::settings() const {

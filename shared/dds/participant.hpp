@@ -21,6 +21,8 @@ class Participant {
   Participant& operator=(const Participant&) = delete;
 
   [[nodiscard]] const Settings& settings() const;
+  /// Datagrams that were refused before Fast DDS saw them.
+  [[nodiscard]] std::uint64_t refused_datagrams() const;
 
   struct Impl;
   [[nodiscard]] Impl& impl() const { return *impl_; }

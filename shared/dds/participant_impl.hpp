@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 
+#include "dds/guarded_transport.hpp"
 #include "dds/participant.hpp"
 #include "dds/shared_memory.hpp"
 
@@ -21,6 +22,7 @@ struct Participant::Impl {
   std::mutex mutex;
   std::map<std::string, eprosima::fastdds::dds::Topic*> topics;
   SegmentLock lock;
+  std::shared_ptr<GuardCounts> guard = std::make_shared<GuardCounts>();
 };
 
 }  // namespace crane::dds

@@ -22,6 +22,7 @@ struct Settings {
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::uint32_t shm_segment_bytes = 64U << 20U;
   std::uint32_t udp_buffer_bytes = 4U << 20U;
+  bool guard_datagrams = true;  ///< false only to show what happens without
   /// Standard Fast DDS XML file and participant profile; replaces the transport settings above.
   std::string profile_file, profile_name;
 };

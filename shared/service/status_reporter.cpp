@@ -27,10 +27,10 @@ std::uint64_t resident_bytes() {
 
 }  // namespace
 
-StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer, std::uint32_t crane,
-                               std::uint32_t service)
+StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer,
+                               std::shared_ptr<dds::Participant> participant, std::uint32_t service)
     : writer_(std::move(writer)),
-      crane_(crane),
+      participant_(std::move(participant)),
       service_(service),
       start_ns_(SystemClock().now()),
       last_(std::chrono::steady_clock::now()) {}
@@ -39,7 +39,7 @@ Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Partici
                                               std::uint32_t service) {
   auto writer = dds::Writer<dds::ServiceStatusTopic>::create(participant);
   if (!writer) return writer.error();
-  return StatusReporter(std::move(*writer), participant->settings().crane, service);
+  return StatusReporter(std::move(*writer), participant, service);
 }
 
 void StatusReporter::tick(bool now) {
@@ -47,7 +47,7 @@ void StatusReporter::tick(bool now) {
   if (!now && time - last_ < std::chrono::seconds(1)) return;
   last_ = time;
   v1::ServiceStatus s;
-  s.crane(crane_);
+  s.crane(participant_->settings().crane);
   s.service(service_);
   s.sequence_number(sequence_++);
   s.time_ns(SystemClock().now());
@@ -61,6 +61,8 @@ void StatusReporter::tick(bool now) {
   s.finished(finished ? 1 : 0);
   s.cpu_seconds(cpu_seconds());
   s.memory_bytes(resident_bytes());
+  if (const std::uint64_t refused = participant_->refused_datagrams(); refused > 0)
+    dropped.set("malformed datagram", refused);
   for (const auto& [cause, count] : dropped.counts()) {
     if (s.dropped().size() == v1::MAX_CAUSES) break;
     v1::DropCount entry;

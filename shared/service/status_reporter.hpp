@@ -47,10 +47,11 @@ class StatusReporter {
   void flush(std::chrono::milliseconds limit);
 
  private:
-  StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer, std::uint32_t crane,
-                 std::uint32_t service);
+  StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer,
+                 std::shared_ptr<dds::Participant> participant, std::uint32_t service);
   dds::Writer<dds::ServiceStatusTopic> writer_;
-  std::uint32_t crane_, service_;
+  std::shared_ptr<dds::Participant> participant_;
+  std::uint32_t service_;
   std::uint64_t sequence_ = 0;
   TimeNs start_ns_;
   std::chrono::steady_clock::time_point last_;
