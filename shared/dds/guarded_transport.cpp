@@ -1,6 +1,7 @@
 #include "dds/guarded_transport.hpp"
 
 #include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include <string>
 #include <utility>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <fastdds/rtps/transport/TransportDescriptorInterface.h>
 
 #include <atomic>
 #include <cstdint>
