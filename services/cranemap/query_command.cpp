@@ -9,6 +9,7 @@
 #include "crane/client/map.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
+#include "site_options.hpp"
 
 namespace crane {
 namespace {
@@ -18,8 +19,7 @@ using namespace std::chrono_literals;
 constexpr int kExitBlocked = 1, kExitNoAnswer = 4;
 
 struct Options {
-  std::string config;
-  int domain = -1, crane = -1;
+  SiteOptions site;
   std::vector<double> at, load = {0, 0, 0}, margin = {0.2, 0.2};
   std::vector<std::string> path;
   double above_m = 0, sway_m = 0, braking_m = 0, max_age_s = 0;
@@ -83,14 +83,9 @@ int query(const Options& options) {
     log_error(error.text());
     return exit_code(error);
   };
-  SiteConfig config;
-  if (!options.config.empty()) {
-    auto read = read_site_config(options.config);
-    if (!read) return fail(read.error());
-    config = *read;
-  }
-  if (options.domain >= 0) config.dds.domain = options.domain;
-  if (options.crane >= 0) config.crane = options.crane;
+  auto site = read_site(options.site);
+  if (!site) return fail(site.error());
+  const SiteConfig& config = *site;
   client::ClearanceQuery clearance;
   for (const std::string& text : options.path) {
     auto pose = read_pose(text);
@@ -138,10 +133,7 @@ Command add_query_command(CLI::App& app) {
                       "Each leg goes on so far beyond its end [m]");
   command->add_option("--max-age", options->max_age_s,
                       "Older columns are unknown [s]; 0 = any age");
-  command->add_option("--config", options->config, "Site configuration")->check(CLI::ExistingFile);
-  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
-  command->add_option("--crane", options->crane, "Number of the crane")
-      ->check(CLI::Range(0, 65535));
+  add_site_options(*command, options->site);
   return [options] { return query(*options); };
 }
 

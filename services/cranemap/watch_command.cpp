@@ -11,6 +11,7 @@
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
 #include "service/service_name.hpp"
+#include "site_options.hpp"
 
 namespace crane {
 namespace {
@@ -18,8 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Options {
-  std::string config;
-  int domain = -1, crane = -1;
+  SiteOptions site;
   double seconds = 0;
 };
 
@@ -58,17 +58,12 @@ void show(const client::Status& map, const std::vector<client::Zone>& zones,
 }
 
 int watch(const Options& options) {
-  SiteConfig config;
-  if (!options.config.empty()) {
-    auto read = read_site_config(options.config);
-    if (!read) {
-      log_error(read.error().text());
-      return exit_code(read.error());
-    }
-    config = *read;
+  auto site = read_site(options.site);
+  if (!site) {
+    log_error(site.error().text());
+    return exit_code(site.error());
   }
-  if (options.domain >= 0) config.dds.domain = options.domain;
-  if (options.crane >= 1) config.crane = options.crane;
+  const SiteConfig& config = *site;
   const dds::Settings settings = to_settings(config);
   Wakeup wakeup;
   auto participant = dds::Participant::create(settings, "cranemap-watch");
@@ -101,10 +96,7 @@ Command add_watch_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("watch", "Live text view of a running map and its services.");
-  command->add_option("--config", options->config, "Site configuration (YAML)");
-  command->add_option("--domain", options->domain, "DDS domain, over that of --config")
-      ->check(CLI::Range(0, 232));
-  command->add_option("--crane", options->crane, "Crane number, over that of --config");
+  add_site_options(*command, options->site);
   command->add_option("--seconds", options->seconds, "Stop after this long; 0 = on Ctrl-C");
   return [options] { return watch(*options); };
 }

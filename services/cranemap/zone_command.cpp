@@ -11,6 +11,7 @@
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
 #include "service/zone_sample.hpp"
+#include "site_options.hpp"
 
 namespace crane {
 namespace {
@@ -18,9 +19,9 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Options {
-  std::string action, file, config;
+  std::string action, file;
   std::uint32_t id = 0;
-  int domain = -1, crane = -1;
+  SiteOptions site;
 };
 
 int fail(const Error& error) {
@@ -71,14 +72,9 @@ bool done(const v1::ZoneCommand& c, const std::vector<client::Zone>& zones) {
 }
 
 int zone(const Options& options) {
-  SiteConfig config;
-  if (!options.config.empty()) {
-    auto read = read_site_config(options.config);
-    if (!read) return fail(read.error());
-    config = *read;
-  }
-  if (options.domain >= 0) config.dds.domain = options.domain;
-  if (options.crane >= 1) config.crane = options.crane;
+  auto site = read_site(options.site);
+  if (!site) return fail(site.error());
+  const SiteConfig& config = *site;
   const bool listing = options.action == "list";
   if ((options.action == "set") == options.file.empty() ||
       (!listing && options.action != "set" && options.id == 0))
@@ -143,10 +139,7 @@ Command add_zone_command(CLI::App& app) {
       ->check(CLI::IsMember({"list", "on", "off", "remove", "set"}));
   command->add_option("--id", options->id, "Of the zone: on, off, remove");
   command->add_option("--file", options->file, "Zones to set")->check(CLI::ExistingFile);
-  command->add_option("--config", options->config, "Site configuration")->check(CLI::ExistingFile);
-  command->add_option("--domain", options->domain, "DDS domain, over that of --config")
-      ->check(CLI::Range(0, 232));
-  command->add_option("--crane", options->crane, "Crane number, over that of --config");
+  add_site_options(*command, options->site);
   return [options] { return zone(*options); };
 }
 
