@@ -339,13 +339,15 @@ TEST(DatagramGuard, WithItAProcessLivesAndDeliversThroughMutatedTraffic) {
   command.zone().id(3);
   std::set<int> seen;
   bool answered = false;
-  EXPECT_TRUE(eventually([&] {
+  const auto delivers = [&] {
     (void)commands.write(command);
     while (const auto tile = tiles.take()) seen.insert((*tile)->tile_x());
     while (zones.take()) answered = true;
     return seen.size() >= 50 && answered;
-  })) << seen.size()
-      << " tiles, answered " << answered;
+  };
+  // Announcements of peers that never were have made it busy: half a minute at most.
+  EXPECT_TRUE(eventually(delivers) || eventually(delivers) || eventually(delivers))
+      << seen.size() << " tiles, answered " << answered;
   kill(pid, SIGKILL);
   waitpid(pid, nullptr, 0);
 }
