@@ -1,9 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "config/site_config.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace crane {
 
@@ -13,25 +16,9 @@ struct SiteOptions {
   int domain = -1, crane = -1;
 };
 
-inline void add_site_options(CLI::App& command, SiteOptions& o) {
-  command.add_option("--config", o.config, "Site configuration (YAML)")->check(CLI::ExistingFile);
-  command.add_option("--domain", o.domain, "DDS domain, over that of --config")
-      ->check(CLI::Range(0, 232));
-  command.add_option("--crane", o.crane, "Crane number, over that of --config")
-      ->check(CLI::Range(1, 1'000'000));
-}
+void add_site_options(CLI::App& command, SiteOptions& options);
 
 /// Error: Configuration.
-inline Result<SiteConfig> read_site(const SiteOptions& o) {
-  SiteConfig config;
-  if (!o.config.empty()) {
-    auto read = read_site_config(o.config);
-    if (!read) return read.error();
-    config = *read;
-  }
-  if (o.domain >= 0) config.dds.domain = o.domain;
-  if (o.crane >= 1) config.crane = o.crane;
-  return config;
-}
+Result<SiteConfig> read_site(const SiteOptions& options);
 
 }  // namespace crane
