@@ -79,12 +79,14 @@ bool OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double 
   const double offset = std::clamp((height_m - centre(voxel_z)) / (0.5 * voxel_m_), -1.0, 1.0);
   // A running mean over at most 32 observations: older ones fade.
   const int n = std::min<int>(s.weight, 31);
-  const auto blend = [n](double old, double now) { return (old * n + now) / (n + 1); };
   const int before = s.offset;
-  s.offset = static_cast<std::int8_t>(std::lround(blend(s.offset, 127 * offset)));
-  s.r = static_cast<std::uint8_t>(std::lround(blend(s.r, r)));
-  s.g = static_cast<std::uint8_t>(std::lround(blend(s.g, g)));
-  s.b = static_cast<std::uint8_t>(std::lround(blend(s.b, b)));
+  s.offset = static_cast<std::int8_t>(std::floor((s.offset * n + 127 * offset) / (n + 1) + 0.5));
+  const auto blend = [n](int old, int now) {
+    return static_cast<std::uint8_t>((old * n + now + (n + 1) / 2) / (n + 1));
+  };
+  s.r = blend(s.r, r);
+  s.g = blend(s.g, g);
+  s.b = blend(s.b, b);
   s.weight = static_cast<std::uint8_t>(n + 1);
   return n == 0 || std::abs(s.offset - before) * voxel_m_ / 254 > 1e-3;
 }

@@ -283,10 +283,11 @@ bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
     const int reach =
         std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * hit.sigma_m / map.voxel_m())));
     int best = 0;
+    auto block = tile.blocks.end();
     for (int k = hit.z - reach; k <= hit.z + reach; ++k) {
-      const auto found = tile.blocks.find(tile_of(k));
-      if (found == tile.blocks.end()) continue;
-      const int there = found->second->log_odds[std::size_t(in_tile(k) * kTileColumns + column)];
+      if (k == hit.z - reach || in_tile(k) == 0) block = tile.blocks.find(tile_of(k));
+      if (block == tile.blocks.end()) continue;
+      const int there = block->second->log_odds[std::size_t(in_tile(k) * kTileColumns + column)];
       if (there > best) best = there, z = k;
     }
   }

@@ -199,10 +199,12 @@ void SurfaceFinder::emit(const DepthFrame& f, double voxel_m, std::int32_t x, st
   hit.z = static_cast<std::int32_t>(std::floor(double(hit.height_m) / voxel_m));
   // Neighbouring pixels share most of their noise: no better than the mean of their variances.
   hit.sigma_m = std::sqrt(float(count) / weights);
-  const auto mean = [count](std::uint32_t sum) { return static_cast<std::uint8_t>(sum / count); };
-  hit.b = mean(colour[0]);
-  hit.g = mean(colour[1]);
-  hit.r = mean(colour[2]);
+  if (f.colour != nullptr) {
+    const auto n = static_cast<std::uint32_t>(count);
+    hit.b = static_cast<std::uint8_t>(colour[0] / n);
+    hit.g = static_cast<std::uint8_t>(colour[1] / n);
+    hit.r = static_cast<std::uint8_t>(colour[2] / n);
+  }
   hits_.push_back(hit);
 }
 
