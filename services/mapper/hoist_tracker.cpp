@@ -7,7 +7,8 @@
 namespace crane {
 namespace {
 
-constexpr std::size_t kKept = 512;  ///< readings
+constexpr std::size_t kKept = 512;       ///< readings
+constexpr double kFarthestStep_m = 2.0;  ///< from reading to reading
 
 }  // namespace
 
@@ -27,12 +28,15 @@ HoistGeometry hoist_geometry(const HoistConfig& c, double camera_height_m) {
 HoistTracker::HoistTracker(const HoistConfig& config, double camera_height_m)
     : config_(config), geometry_(hoist_geometry(config, camera_height_m)) {}
 
-void HoistTracker::add(const HoistReading& reading) {
-  if (!used()) return;
+bool HoistTracker::add(const HoistReading& reading) {
+  if (!used()) return true;
+  if (reading.load_size_m.head<2>().maxCoeff() > geometry_.largest_load_m ||
+      reading.load_size_m.z() > geometry_.rope_top_m)
+    return false;
   if (!readings_.empty() && reading.time <= readings_.back().time) {
     // Sent again by a player; or another recording, with times of its own.
     constexpr TimeNs kOtherRecording = 60 * kNsPerSecond;
-    if (reading.time > readings_.back().time - kOtherRecording) return;
+    if (reading.time > readings_.back().time - kOtherRecording) return true;
     readings_.clear();
     unproven_.clear();
     last_.reset();
@@ -41,6 +45,7 @@ void HoistTracker::add(const HoistReading& reading) {
     queue->push_back(reading);
     if (queue->size() > kKept) queue->pop_front();
   }
+  return true;
 }
 
 bool HoistTracker::reaches(TimeNs exposure) const {
@@ -94,7 +99,9 @@ std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& 
       continue;
     }
     const Boxes now{r, hook_box(geometry_, r, gantry), load_box(geometry_, r, gantry)};
-    const bool steady = last_ && r.time - last_->reading.time <= max_gap();
+    // What jumps was not on a straight way in between.
+    const bool steady = last_ && r.time - last_->reading.time <= max_gap() &&
+                        (now.hook.centre - last_->hook.centre).norm() < kFarthestStep_m;
     const bool same_load = steady && r.load_size_m == last_->reading.load_size_m &&
                            r.sling_m == last_->reading.sling_m;
     const double a = geometry_.accuracy_m;

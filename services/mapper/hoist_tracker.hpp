@@ -24,7 +24,9 @@ class HoistTracker {
   [[nodiscard]] bool used() const { return config_.enabled; }
   [[nodiscard]] int max_gap_ms() const { return config_.max_gap_ms; }
   /// Later than the last one, or nothing happens. What the controller calls failed is not added.
-  void add(const HoistReading& reading);
+  /// False, and not taken, when the load is larger than configured: one of the two is wrong, and
+  /// nothing may be proven free by it.
+  bool add(const HoistReading& reading);
   /// Whether a reading as late as the exposure has come.
   [[nodiscard]] bool reaches(TimeNs exposure) const;
   [[nodiscard]] HoistKnown known_at(TimeNs exposure) const;

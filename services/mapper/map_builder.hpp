@@ -65,7 +65,9 @@ class MapBuilder {
   void add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m);
   /// A reading whose device says it failed: counted, never used.
   void add_failed_position(Axis axis);
-  void add_hoist(const HoistReading& reading) { hoist_.add(reading); }
+  void add_hoist(const HoistReading& reading) {
+    if (!hoist_.add(reading)) dropped.add("hoist_state: load larger than hoist.largest_load_m");
+  }
   void add_failed_hoist() { dropped.add("hoist_state says failed"); }
   void add_cloud(CloudSample cloud, TimeNs now);
   /// Integrates the oldest waiting cloud if its positions are known, or gives it up when they

@@ -98,15 +98,20 @@ class Service {
              std::to_string(builder_.voxel_m()) + " m");
 
     const MapperConfig& config = context_.config.mapper;
-    Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz);
+    Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
     while (!context_.stopping()) {
       wakeup_.wait_for(20ms);
       if (auto alone = check_alone(*others); !alone) return alone;
       take_positions(*positions);
       take_hoist(*hoist);
       if (auto done = take_commands(*commands, *zones, *zone_sets); !done) return done;
-      while (const auto request = requests->take())
+      while (const auto request = requests->take()) {
+        if (!again.due()) {  // whoever asks asks again
+          builder_.dropped.add("tile_request too soon after another");
+          continue;
+        }
         if (auto done = publisher->send_again(builder_, **request); !done) return done;
+      }
       zones_revision_ = zones->revision();
       bool accounted = take_clouds(*clouds);
       if (accounted ? tiles.due() : rest.due()) {

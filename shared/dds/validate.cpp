@@ -72,12 +72,14 @@ const char* flaw(const v1::RangefinderPosition& s) {
 
 const char* flaw(const v1::HoistState& s) {
   if (s.time_ns() <= 0) return "no measurement time";
-  if (!finite({s.hook_height_m(), s.load_size_x_m(), s.load_size_y_m(), s.load_size_z_m(),
-               s.sling_m(), s.load_yaw_rad(), s.sway_x_m(), s.sway_y_m()}))
-    return "a length or angle is not finite";
-  if (s.sling_m() < 0) return "negative length of the slings";
-  if (s.load_size_x_m() < 0 || s.load_size_y_m() < 0 || s.load_size_z_m() < 0)
-    return "negative load size";
+  const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
+  if (!within(s.hook_height_m(), -100, 1000)) return "hook height is not within -100 .. 1000 m";
+  if (!within(s.sling_m(), 0, 100)) return "length of the slings is not within 0 .. 100 m";
+  for (const double size : {s.load_size_x_m(), s.load_size_y_m(), s.load_size_z_m()})
+    if (!within(size, 0, 100)) return "size of the load is not within 0 .. 100 m";
+  if (!within(s.load_yaw_rad(), -100, 100)) return "yaw of the load is not within -100 .. 100";
+  for (const double sway : {s.sway_x_m(), s.sway_y_m()})
+    if (!within(sway, -100, 100)) return "sway is not within -100 .. 100 m";
   if (!status_known(s.status())) return "unknown status";
   return nullptr;
 }

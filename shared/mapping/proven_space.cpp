@@ -50,7 +50,7 @@ std::size_t prove_swept(const UprightBox& from, const UprightBox& to, double acc
                         OccupancyMap& map) {
   const double turned = std::abs(to.yaw_rad - from.yaw_rad) * to.half.head<2>().norm();
   const double moved = (to.centre - from.centre).norm() + turned;
-  const int steps = std::max(1, static_cast<int>(std::ceil(2 * moved / map.voxel_m())));
+  const int steps = std::max(1, static_cast<int>(std::ceil(moved / map.voxel_m())));
   std::size_t proven = 0;
   for (int i = 1; i <= steps; ++i) {
     UprightBox box = to;

@@ -10,7 +10,8 @@ namespace crane {
 /// the number of voxels. Cost O(voxels of the box).
 std::size_t prove_free(const UprightBox& box, double accuracy_m, OccupancyMap& map);
 
-/// The same for all that the box passes between two places, in steps of half a voxel.
+/// The same for what the box passes between two places, in steps of a voxel: of a slanting way
+/// the border is left out by as much.
 std::size_t prove_swept(const UprightBox& from, const UprightBox& to, double accuracy_m,
                         OccupancyMap& map);
 

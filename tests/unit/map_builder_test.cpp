@@ -269,6 +269,22 @@ TEST_F(MapBuilderTest, HookAndLoadAreCutOutAndWhatTheyPassedIsProvenFree) {
   EXPECT_FALSE(std::isfinite(tile_heights(builder.map(), tile, 0.075)[18 * 32 + 5].proven_m));
 }
 
+TEST_F(MapBuilderTest, ALoadLargerThanConfiguredIsRefusedAndProvesNothing) {
+  HoistConfig hoist;
+  hoist.enabled = true;
+  hoist.largest_load_m = 1;
+  MapBuilder builder(config(), rig_, hoist);
+  HoistReading r;
+  r.time = kT0;
+  r.hook_height_m = 1.5;
+  r.load_size_m = {1.2, 0.5, 0.5};
+  builder.add_hoist(r);
+  EXPECT_EQ(builder.dropped.counts().at("hoist_state: load larger than hoist.largest_load_m"), 1U);
+  r.load_size_m.x() = 0.9;
+  builder.add_hoist(r);
+  EXPECT_EQ(builder.dropped.counts().size(), 1U);
+}
+
 TEST_F(MapBuilderTest, WithoutHoistStateAllBelowTheTrolleyIsUnknownAndSaid) {
   HoistConfig hoist;
   hoist.enabled = true;

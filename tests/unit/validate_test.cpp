@@ -56,5 +56,25 @@ TEST(Validate, RangefinderPositionNeedsAKnownAxisAndAFiniteDistance) {
   EXPECT_NE(flaw(p), nullptr);
 }
 
+TEST(Validate, HoistStateMustBeOfThisWorld) {
+  v1::HoistState h;
+  h.time_ns(1);
+  h.hook_height_m(4);
+  h.load_size_x_m(2);
+  EXPECT_EQ(flaw(h), nullptr);
+  for (const double bad : {1e300, -1e300, std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity()}) {
+    for (auto set : {+[](v1::HoistState&s, double v) { s.hook_height_m(v); },
+                     +[](v1::HoistState&s, double v) { s.sling_m(v); },
+                     +[](v1::HoistState&s, double v) { s.load_size_y_m(v); },
+                     +[](v1::HoistState&s, double v) { s.load_yaw_rad(v); },
+                     +[](v1::HoistState&s, double v) { s.sway_x_m(v); }}) {
+      v1::HoistState spoilt = h;
+      set(spoilt, bad);
+      EXPECT_NE(flaw(spoilt), nullptr) << bad;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace crane::dds
