@@ -36,7 +36,8 @@ bool HeldMap::put(Voxels voxels) {
   return true;
 }
 
-bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc, HeightColumns heights) {
+bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc,
+                  const HeightColumns& heights) {
   HeldTile& tile = tiles_[key];
   const BandKey digest_key{static_cast<std::int16_t>(key.x), static_cast<std::int16_t>(key.y), 0};
   if (tile.heights_sample) {
@@ -46,7 +47,7 @@ bool HeldMap::put(TileKey key, std::uint64_t revision, std::uint32_t crc, Height
   height_tiles_ += tile.heights_sample ? 0 : 1;
   height_digests_.add(digest_key, crc);
   tile.heights_sample = Sample{revision, crc};
-  tile.heights = std::move(heights);
+  tile.heights = heights;
   return true;
 }
 

@@ -29,7 +29,7 @@ class HeldMap {
                                const DecodedTile& decoded) const;
   /// False, and nothing done, when a later revision of it is held.
   bool put(Voxels voxels);
-  bool put(TileKey key, std::uint64_t revision, std::uint32_t crc, HeightColumns heights);
+  bool put(TileKey key, std::uint64_t revision, std::uint32_t crc, const HeightColumns& heights);
   void remove_voxels(BandKey key);
   void remove_heights(TileKey key);
   void put(std::uint64_t revision, std::vector<Zone> zones);

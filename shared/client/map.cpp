@@ -188,7 +188,7 @@ struct Map::Impl {
     HeightColumns heights{*decoded, {}};
     heights.sum_up();
     const std::unique_lock lock(mutex);
-    refused += map_of(s.map_id()).put(key, s.revision(), s.crc32c(), std::move(heights)) ? 0 : 1;
+    refused += map_of(s.map_id()).put(key, s.revision(), s.crc32c(), heights) ? 0 : 1;
     arrived(key);
   }
 
