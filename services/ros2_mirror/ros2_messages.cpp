@@ -168,7 +168,7 @@ sm::PointCloud2_ heights(const client::HeightGrid& g, TimeNs time, const Frames&
   std::uint32_t points = 0;
   for (std::size_t i = 0; i < g.cells.size(); ++i) {
     const client::Height& c = g.cells[i];
-    if (c.surface != client::Surface::kFloor && c.surface != client::Surface::kObstacle) continue;
+    if (!client::is_known(c.surface)) continue;
     const std::size_t column = i % g.columns;
     const std::size_t row = i / g.columns;
     put(m.data(), static_cast<float>(g.origin_x_m + (double(column) + 0.5) * g.cell_m));
