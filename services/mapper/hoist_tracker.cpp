@@ -10,8 +10,6 @@ namespace {
 constexpr std::size_t kKept = 512;       ///< readings
 constexpr double kFarthestStep_m = 2.0;  ///< from reading to reading
 
-}  // namespace
-
 HoistGeometry hoist_geometry(const HoistConfig& c, double camera_height_m) {
   HoistGeometry g;
   g.offset_m = {c.offset_x_m, c.offset_y_m};
@@ -24,6 +22,8 @@ HoistGeometry hoist_geometry(const HoistConfig& c, double camera_height_m) {
   g.accuracy_m = c.accuracy_m;
   return g;
 }
+
+}  // namespace
 
 HoistTracker::HoistTracker(const HoistConfig& config, double camera_height_m)
     : config_(config), geometry_(hoist_geometry(config, camera_height_m)) {}

@@ -13,8 +13,6 @@ namespace crane {
 /// What is known of hook and load at an exposure.
 enum class HoistKnown { kNotUsed, kKnown, kLost };
 
-HoistGeometry hoist_geometry(const HoistConfig& config, double camera_height_m);
-
 /// Follows hook and load as the controller says they are: what to cut out of a cloud, and what is
 /// proven free because they were there. One thread.
 class HoistTracker {
@@ -22,7 +20,8 @@ class HoistTracker {
   HoistTracker(const HoistConfig& config, double camera_height_m);
 
   [[nodiscard]] bool used() const { return config_.enabled; }
-  [[nodiscard]] int max_gap_ms() const { return config_.max_gap_ms; }
+  /// So long is a reading good for.
+  [[nodiscard]] TimeNs max_gap() const { return TimeNs(config_.max_gap_ms) * 1'000'000; }
   /// Later than the last one, or nothing happens. What the controller calls failed is not added.
   /// False, and not taken, when the load is larger than configured: one of the two is wrong, and
   /// nothing may be proven free by it.
@@ -42,7 +41,6 @@ class HoistTracker {
     HoistReading reading;
     UprightBox hook, load;
   };
-  [[nodiscard]] TimeNs max_gap() const { return TimeNs(config_.max_gap_ms) * 1'000'000; }
   /// The last reading at or before a time.
   [[nodiscard]] std::deque<HoistReading>::const_iterator before(TimeNs time) const;
 

@@ -139,10 +139,9 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   if (cart == Lookup::kGap || trolley == Lookup::kGap) return Placing::kNever;
   if (cart == Lookup::kNotYet || trolley == Lookup::kNotYet) return Placing::kWait;
   // Hook and load may have moved until the exposure: their next state is waited for, but not long.
-  const TimeNs hoist_gap = TimeNs(hoist_.max_gap_ms()) * 1'000'000;
   if (hoist_.used() && !hoist_.reaches(cloud.exposure_time) &&
       hoist_.known_at(cloud.exposure_time) == HoistKnown::kLost &&
-      now - cloud.arrival_time < hoist_gap)
+      now - cloud.arrival_time < hoist_.max_gap())
     return Placing::kWait;
   cloud.gantry_m = {cart_m, trolley_m};
   // eq. 5-7: translation only; the mount's tilt and height come from the calibration.

@@ -143,10 +143,13 @@ Result<void> MapPublisher::send_again(MapBuilder& builder, const v1::TileRequest
   if (request.map_id() != identity_.map_id) return {};
   OccupancyMap& map = builder.map();
   const Stamp stamp{revision_, builder.account().last_frame_time, map.voxel_m(), true};
+  // As they are now: sending again what has changed meanwhile changes them.
+  const auto voxel_buckets = voxel_digests_.buckets;
+  const auto height_buckets = height_digests_.buckets;
   for (auto& [key, published] : published_) {
     const std::size_t bucket = BucketDigests::bucket_of(key);
-    const bool voxels = request.voxel_digests()[bucket] != voxel_digests_.buckets[bucket];
-    const bool heights = request.height_digests()[bucket] != height_digests_.buckets[bucket];
+    const bool voxels = request.voxel_digests()[bucket] != voxel_buckets[bucket];
+    const bool heights = request.height_digests()[bucket] != height_buckets[bucket];
     const Tile* tile = voxels || heights ? map.find(key) : nullptr;
     if (tile == nullptr) continue;
     if (voxels)

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/write_file.hpp"
 #include "cloud/pcl_filters.hpp"
 #include "config/yaml_reader.hpp"
 #include "map_codec/octree_stream.hpp"
@@ -40,21 +41,6 @@ Result<void> write_state(const std::string& folder,
 }
 
 }  // namespace
-
-Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size) {
-  const std::string partial = path + ".part";
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
-  file.close();
-  std::error_code failed;
-  if (file) fs::rename(partial, path, failed);
-  if (!file || failed) {
-    std::error_code ignored;
-    fs::remove(partial, ignored);
-    return disk_error(path);
-  }
-  return {};
-}
 
 Result<void> save_map(MapBuilder& builder, const std::string& folder) {
   if (auto made = make_folder(folder); !made) return made;

@@ -45,7 +45,4 @@ class MapStore {
   std::future<Result<void>> saving_;
 };
 
-/// Writes beside the file and renames. Error: Resource.
-Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size);
-
 }  // namespace crane

@@ -10,32 +10,16 @@
 #include "mapper/map_store.hpp"
 #include "mapper/zone_book.hpp"
 #include "recording/calibration.hpp"
+#include "service/every.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
-using SteadyTime = std::chrono::steady_clock::time_point;
 
 struct Options {
   std::string calibration, save, state;
-};
-
-/// True once per period.
-class Every {
- public:
-  explicit Every(double hz) : period_(1.0 / hz) {}
-  bool due() {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last_ < period_) return false;
-    last_ = now;
-    return true;
-  }
-
- private:
-  std::chrono::duration<double> period_;
-  SteadyTime last_{};
 };
 
 std::uint64_t random_id() {

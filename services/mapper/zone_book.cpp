@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
+#include "base/write_file.hpp"
 #include "bounds.h"
-#include "mapper/map_store.hpp"
 #include "service/zone_sample.hpp"
 
 namespace crane {

@@ -10,6 +10,7 @@
 #include "recording/calibration.hpp"
 #include "ros2_messages.hpp"
 #include "service/client_options.hpp"
+#include "service/every.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -22,21 +23,6 @@ struct Options {
   int ros_domain = -1;
   std::uint32_t cloud_step = 4;
   double image_hz = 2, heights_hz = 1;
-};
-
-/// True at most so often.
-class AtMost {
- public:
-  explicit AtMost(double hz) : period_(hz > 0 ? TimeNs(1e9 / hz) : 0) {}
-  bool due() {
-    const TimeNs now = SystemClock().now();
-    if (period_ == 0 || now - last_ < period_) return false;
-    last_ = now;
-    return true;
-  }
-
- private:
-  TimeNs period_, last_ = 0;
 };
 
 /// Everything that the mirror reads and writes. One thread.
@@ -58,7 +44,7 @@ class Mirror {
     log_info("mirrors crane " + std::to_string(crane()) + " as /crane_" + std::to_string(crane()) +
              "/... with frame '" + frames_.map + "'");
     send_static({});
-    AtMost diagnostics_due(1);
+    Every diagnostics_due(1);
     while (!context_.stopping()) {
       wakeup_.wait_for(50ms);
       Result<void> done = mirror_positions();
@@ -233,7 +219,7 @@ class Mirror {
   const Options& options_;
   StereoRig rig_;
   ros2::Frames frames_;
-  AtMost image_due_, heights_due_;
+  Every image_due_, heights_due_;
   Wakeup wakeup_;
   std::unique_ptr<client::Map> map_;
   std::optional<dds::Reader<dds::StereoFrameTopic>> frames_in_;

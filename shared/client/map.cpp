@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -12,6 +10,7 @@
 #include <shared_mutex>
 #include <thread>
 
+#include "base/write_file.hpp"
 #include "bounds.h"
 #include "client/clearance_check.hpp"
 #include "client/held_map.hpp"
@@ -493,18 +492,9 @@ bool Map::save_bt(const std::string& path, std::string& error) const {
     return false;
   }
   const Bytes bytes = write_bt(voxel_m, blocks);
-  const std::string partial = path + ".part";
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  std::error_code failed;
-  if (file) std::filesystem::rename(partial, path, failed);
-  if (file && !failed) return true;
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  error = path + ": cannot be written -> check permissions and free space";
-  return false;
+  const Result<void> written = write_file(path, bytes.data(), bytes.size());
+  if (!written) error = written.error().text();
+  return written.ok();
 }
 
 }  // namespace crane::client

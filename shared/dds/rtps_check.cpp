@@ -104,8 +104,7 @@ const char* parameter_flaw(std::uint16_t id, Bytes value, bool little) {
     case 0x0050:  // PARTICIPANT_GUID
     case 0x0052:  // GROUP_GUID
     case 0x005A:  // ENDPOINT_GUID
-    case 0x0043:  // GROUP_ENTITYID and others of old are not this long; GUID of persistence:
-      return id == 0x0043 ? nullptr : exactly(16);
+      return exactly(16);
     case 0x0071:  // STATUS_INFO
     case 0x0015:  // PROTOCOL_VERSION
     case 0x0016:  // VENDORID
