@@ -98,7 +98,7 @@ int query(const Options& options) {
   clearance.margins = {options.margin[0], options.margin[1], options.sway_m, options.braking_m};
   clearance.max_age_s = options.max_age_s;
   std::string why;
-  const auto map = client::Map::join(client_options(config), why);
+  const auto map = client::Map::join(client_options(config, "dashboard"), why);
   if (!map) return fail(Error{ErrorCode::kResource, "map", why, ""});
   if (!map->wait_until_complete(10s)) {
     const std::string& reason = map->status().reason;

@@ -29,7 +29,7 @@ constexpr double kNoProgressMs = 60'000;
 constexpr double kSettleMs = 3'000;
 
 struct Options {
-  std::string recording, out, config, method, rate = "max", transport;
+  std::string recording, out, config, method, rate = "max", network;
   double voxel_m = -1;
   int domain = -1;
 };
@@ -72,7 +72,7 @@ class Run {
     }
     if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
     if (options_.domain >= 0) config_.dds.domain = options_.domain;
-    if (!options_.transport.empty()) config_.dds.udp_only = options_.transport == "udp";
+    if (options_.network == "container") config_.dds.network = DdsConfig::Network::kContainer;
     if (!options_.method.empty()) {
       const bool paper = options_.method == "paper";
       config_.mapper.method = paper ? MapperConfig::Method::kPaper : MapperConfig::Method::kDefault;
@@ -103,13 +103,13 @@ class Run {
   }
 
   Result<void> start_services() {
-    auto participant = dds::Participant::create(to_settings(config_), "cranemap-run");
+    auto participant = dds::Participant::create(to_settings(config_, "dashboard"), "cranemap-run");
     if (!participant) return participant.error();
     auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup_);
     if (!statuses) return statuses.error();
     statuses_.emplace(std::move(*statuses));
     std::string why;
-    map_ = client::Map::join(client_options(config_), why);
+    map_ = client::Map::join(client_options(config_, "dashboard"), why);
     if (!map_) return Error{ErrorCode::kResource, "DDS", why, ""};
 
     std::error_code failed;
@@ -225,7 +225,7 @@ class Run {
     report_.recording = options_.recording;
     report_.method = config_.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default";
     report_.rate = options_.rate;
-    report_.transport = config_.dds.udp_only ? "udp" : "auto";
+    report_.network = network_name(config_.dds.network);
     report_.restarts = services_->restarts();
     if (fs::exists(truth / "obstacles.yaml")) {
       auto obstacles = read_obstacles(truth / "obstacles.yaml");
@@ -288,8 +288,10 @@ void add_common(CLI::App& command, Options& o) {
       "Site configuration (YAML) for all services; else site.yaml of the recording, if any");
   command.add_option("--domain", o.domain, "DDS domain, over that of --config")
       ->check(CLI::Range(0, 232));
-  command.add_option("--transport", o.transport, "auto or udp, over that of --config")
-      ->check(CLI::IsMember({"auto", "udp"}));
+  command
+      .add_option("--network", o.network,
+                  "local (shared memory) or container (UDP only), over that of --config")
+      ->check(CLI::IsMember({"local", "container"}));
 }
 
 int run_and_clean(const Options& options) {

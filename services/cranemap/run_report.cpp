@@ -23,7 +23,7 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
   nlohmann::ordered_json j;
   j["cranemap"] = {{"version", CRANEMAP_VERSION}, {"build_type", CRANEMAP_BUILD_TYPE}};
   j["run"] = {{"recording", r.recording}, {"method", r.method},
-              {"rate", r.rate},           {"transport", r.transport},
+              {"rate", r.rate},           {"network", r.network},
               {"wall_s", r.wall_s},       {"cores", std::thread::hardware_concurrency()}};
   j["frames"] = {{"recorded", r.frames},
                  {"integrated", r.map.frames_integrated},

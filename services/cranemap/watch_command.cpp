@@ -64,7 +64,7 @@ int watch(const Options& options) {
     return exit_code(site.error());
   }
   const SiteConfig& config = *site;
-  const dds::Settings settings = to_settings(config);
+  const dds::Settings settings = to_settings(config, "dashboard");
   Wakeup wakeup;
   auto participant = dds::Participant::create(settings, "cranemap-watch");
   if (!participant) {
@@ -73,7 +73,7 @@ int watch(const Options& options) {
   }
   auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup);
   std::string why;
-  const auto map = client::Map::join(client_options(config), why);
+  const auto map = client::Map::join(client_options(config, "dashboard"), why);
   if (!statuses || !map) {
     log_error(statuses ? why : statuses.error().text());
     return kExitResource;

@@ -112,13 +112,14 @@ MapStore::~MapStore() {
 Result<void> MapStore::save(MapBuilder& builder, const State& state) {
   if (saving_.valid()) {
     if (saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
-    if (auto saved = saving_.get(); !saved) return saved;
+    if (auto saved = taken(); !saved) return saved;
   }
   std::vector<std::pair<std::string, Bytes>> tiles;
   for (const TileKey key : unsaved_)
     if (const Tile* tile = builder.map().find(key))
       tiles.emplace_back(std::to_string(key.x) + "_" + std::to_string(key.y) + ".tile",
                          tile_bytes(*tile));
+  being_saved_ = std::move(unsaved_);
   unsaved_.clear();
   std::ostringstream s;
   s.precision(17);
@@ -135,8 +136,15 @@ Result<void> MapStore::save(MapBuilder& builder, const State& state) {
   return {};
 }
 
+Result<void> MapStore::taken() {
+  auto saved = saving_.get();
+  if (!saved) unsaved_.merge(being_saved_);
+  being_saved_.clear();
+  return saved;
+}
+
 Result<void> MapStore::finish() {
-  return saving_.valid() ? saving_.get() : Result<void>{};
+  return saving_.valid() ? taken() : Result<void>{};
 }
 
 }  // namespace crane

@@ -34,14 +34,18 @@ class MapStore {
   void note_changes(MapBuilder& builder);
   [[nodiscard]] bool unsaved() const { return !unsaved_.empty(); }
   /// Tiles noted since the last save, then the account, by a thread of its own; nothing happens
-  /// while the last save is still at it. Error: what the last save met.
+  /// while the last save is still at it. Error: what the last save met; its tiles are then noted
+  /// again, so that nothing is lost once there is room.
   Result<void> save(MapBuilder& builder, const State& state);
   /// Waits for the last save. Error: what it met.
   Result<void> finish();
 
  private:
   std::string folder_;
-  std::set<TileKey> unsaved_;
+  /// Takes the result of the save that has ended.
+  Result<void> taken();
+
+  std::set<TileKey> unsaved_, being_saved_;
   std::future<Result<void>> saving_;
 };
 

@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "config/site_config.hpp"
 #include "mapper/map_builder.hpp"
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
@@ -89,6 +90,8 @@ class Service {
       take_positions(*positions);
       take_hoist(*hoist);
       if (auto done = take_commands(*commands, *zones, *zone_sets); !done) return done;
+      if (context_.reload())
+        if (auto done = reload(*zones, *zone_sets); !done) return done;
       while (const auto request = requests->take()) {
         if (!again.due()) {  // whoever asks asks again
           builder_.dropped.add("tile_request too soon after another");
@@ -180,6 +183,28 @@ class Service {
     return {};
   }
 
+  /// SIGHUP: the zones of the configuration as they are now. A bad file changes nothing.
+  Result<void> reload(ZoneBook& zones, dds::Writer<dds::ZoneSetTopic>& sets) {
+    if (context_.config_file.empty()) {
+      log_warning("SIGHUP: nothing to read again, there is no --config");
+      return {};
+    }
+    auto read = read_site_config(context_.config_file);
+    if (!read) {
+      log_error("SIGHUP: the zones stay as they are: " + read.error().text());
+      return {};
+    }
+    SiteConfig rest = *read;
+    rest.zones = context_.config.zones;
+    if (to_yaml(rest) != to_yaml(context_.config))
+      log_warning("SIGHUP: only zones are taken; what else changed needs a restart");
+    context_.config.zones = read->zones;
+    if (auto done = zones.reload(read->zones); !done) log_warning(done.error().text());
+    log_info("zones read again: " + std::to_string(read->zones.size()) + " in " +
+             context_.config_file);
+    return sets.write(zones.set(crane(), identity_.map_id));
+  }
+
   bool take_clouds(dds::Reader<dds::PartialCloudTopic>& clouds) {
     bool accounted = false;
     while (!context_.stopping()) {
@@ -235,17 +260,29 @@ class Service {
     return publisher.publish_tiles(builder_, last);
   }
 
-  /// The map on disk, where asked for.
+  /// The map on disk, where asked for. A disk that is full or broken does not end the map: it is
+  /// said, and tried again, until the last time.
   Result<void> keep(const MapPublisher& publisher, MapStore& store, bool last) {
     if (options_.state.empty() || !store.unsaved()) return {};
     if (!last && !save_state_.due()) return {};
     const Stopwatch watch;
     if (last)
-      if (auto done = store.finish(); !done) return done;
+      if (auto done = store.finish(); !done) note_unsaved(done.error());
     auto saved = store.save(builder_, {true, publisher.revision() + 1, builder_.account()});
-    if (!saved) return saved;
+    if (saved && last) saved = store.finish();
+    if (last) return saved;
+    if (saved)
+      unsaved_.clear();
+    else
+      note_unsaved(saved.error());
     builder_.stages.add("save state", watch.ms());
-    return last ? store.finish() : saved;
+    return {};
+  }
+
+  void note_unsaved(const Error& error) {
+    if (unsaved_.empty()) log_error("the map is not kept on disk: " + error.text());
+    unsaved_ = error.text();
+    builder_.dropped.add("state not saved");
   }
 
   void beat(MapPublisher& publisher) {
@@ -267,12 +304,23 @@ class Service {
       validity = v1::STATUS_DEGRADED;
       reason = "no hoist_state: what hangs below the trolley is not known";
     }
+    // No cloud yet is no failure of the service.
+    said_validity_ = validity == v1::STATUS_OK ? v1::STATUS_OK : v1::STATUS_DEGRADED;
+    said_reason_ = reason;
     publisher.publish_status(builder_,
                              {validity, reason, zones_revision_, context_.config.mapper.forget_s});
   }
 
   void report(const MapPublisher& publisher) {
     StatusReporter& s = context_.status;
+    s.status = unsaved_.empty() ? said_validity_ : std::max<std::uint32_t>(said_validity_, v1::STATUS_DEGRADED);
+    s.message = unsaved_.empty() ? said_reason_ : "the map is not kept on disk: " + unsaved_;
+    s.values = {{"map_revision", double(publisher.revision())},
+                {"map_tiles", double(builder_.map().tile_count())},
+                {"map_memory_bytes", double(builder_.map().memory_bytes())},
+                {"map_frames_integrated", double(builder_.account().integrated)},
+                {"map_frames_missing", double(builder_.account().missing)},
+                {"map_last_exposure_seconds", double(builder_.account().last_frame_time) * 1e-9}};
     s.published = publisher.published_tiles();
     s.stages = builder_.stages;
     s.stages.merge(publisher.stages);
@@ -307,6 +355,9 @@ class Service {
   dds::ReaderCounts cloud_counts_, position_counts_, hoist_counts_, request_counts_,
       command_counts_;
   std::uint64_t zones_revision_ = 0;
+  std::uint32_t said_validity_ = v1::STATUS_OK;  ///< with the last heartbeat
+  std::string said_reason_;
+  std::string unsaved_;  ///< why the last state is not on disk; empty: it is
   Every save_state_{2};  ///< what is younger is sent again, or lost in real time, after kill -9
 };
 

@@ -88,6 +88,28 @@ Result<void> ZoneBook::apply(const v1::ZoneCommand& command) {
   return save();
 }
 
+Result<void> ZoneBook::reload(const std::vector<ZoneConfig>& fixed) {
+  const std::map<std::uint32_t, v1::Zone> old = zones_;
+  for (const std::uint32_t id : configured_) zones_.erase(id);
+  configured_.clear();
+  for (const ZoneConfig& c : fixed) {
+    const auto id = static_cast<std::uint32_t>(c.id);
+    v1::Zone& zone = zones_[id] = to_sample(c);
+    configured_.insert(id);
+    const auto before = old.find(id);
+    if (before != old.end() && before->second.switchable() == 1 && zone.switchable() == 1)
+      zone.active(before->second.active());
+  }
+  while (zones_.size() > v1::MAX_ZONES) {  // the configured ones go before those set by topic
+    auto last = std::prev(zones_.end());
+    while (configured_.contains(last->first)) --last;
+    zones_.erase(last);
+  }
+  ++revision_;
+  changed_ = SystemClock().now();
+  return save();
+}
+
 v1::ZoneSet ZoneBook::set(std::uint32_t crane, std::uint64_t map_id) const {
   v1::ZoneSet s;
   s.crane(crane);

@@ -19,6 +19,9 @@ class ZoneBook {
   /// `folder`: where zones.yaml is kept; empty = nowhere. Error: BadData when that is damaged.
   static Result<ZoneBook> open(const std::vector<ZoneConfig>& fixed, const std::string& folder);
 
+  /// Takes the zones of the configuration that was read again. What is switchable keeps how it was
+  /// switched; what came by topic and has the number of a zone that is now configured ends.
+  Result<void> reload(const std::vector<ZoneConfig>& fixed);
   /// Does what a valid command says. Error: Configuration, what is against it; Resource, the file.
   /// A command that was done before is done: nothing happens.
   Result<void> apply(const v1::ZoneCommand& command);

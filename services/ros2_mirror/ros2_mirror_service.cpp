@@ -38,7 +38,7 @@ class Mirror {
 
   Result<void> run() {
     std::string why;
-    map_ = client::Map::join(client_options(context_.config), why);
+    map_ = client::Map::join(client_options(context_.config, "ros2_mirror"), why);
     if (!map_) return Error{ErrorCode::kResource, "map", "cannot be followed: " + why, ""};
     if (auto made = make_endpoints(); !made) return made;
     log_info("mirrors crane " + std::to_string(crane()) + " as /crane_" + std::to_string(crane()) +

@@ -70,6 +70,17 @@ BandKey band_key(const dds::InstanceKey& k) {
   return {at(4), at(6), at(8)};
 }
 
+dds::Transport transport_of(Options::Network network) {
+  switch (network) {
+    case Options::Network::kLocal:
+      return dds::Transport::kAuto;
+    case Options::Network::kWan:
+      return dds::Transport::kTcp;
+    default:
+      return dds::Transport::kUdp;
+  }
+}
+
 std::uint64_t random_id() {
   std::random_device device;
   return std::uint64_t(device()) << 32U | device();
@@ -316,8 +327,14 @@ std::unique_ptr<Map> Map::join(const Options& options, std::string& error) {
   dds::Settings settings;
   settings.crane = options.crane;
   settings.domain = options.domain;
-  settings.transport = options.udp_only ? dds::Transport::kUdp : dds::Transport::kAuto;
+  settings.transport = transport_of(options.network);
+  settings.multicast = options.network != Options::Network::kPlant;
   settings.interfaces = options.interfaces;
+  settings.servers = options.servers;
+  settings.peers = options.peers;
+  settings.tcp_port = options.tcp_port;
+  settings.security = options.security;
+  settings.identity = options.identity;
   settings.profile_file = options.profile_file;
   settings.profile_name = options.profile_name;
   auto impl = std::make_unique<Impl>();

@@ -9,18 +9,60 @@
 namespace crane {
 namespace {
 
+/// As DdsConfig::Network counts.
+const std::vector<std::string> kNetworks = {"local", "container", "plant", "wan"};
+
+/// "host:port"; the host may be a name.
+bool has_port(const std::string& text) {
+  const auto colon = text.rfind(':');
+  int port = 0;
+  if (colon == std::string::npos || colon == 0) return false;
+  const char* end = text.data() + text.size();
+  const auto [stop, failed] = std::from_chars(text.data() + colon + 1, end, port);
+  return failed == std::errc() && stop == end && port >= 1 && port <= 65'535;
+}
+
 void read_dds(YamlReader y, DdsConfig& c) {
-  int transport = c.udp_only ? 1 : 0;
+  using Network = DdsConfig::Network;
+  int network = 0;
   y.integer("domain", c.domain, 0, 232);
-  y.choice("transport", {"auto", "udp"}, transport);
-  c.udp_only = transport == 1;
+  y.choice("network", kNetworks, network);
+  c.network = static_cast<Network>(network);
+  if (c.network != Network::kLocal) c.interfaces.clear();
+  const bool named = y.has("interfaces");
   y.texts("interfaces", c.interfaces);
+  y.texts("servers", c.servers);
+  y.texts("peers", c.peers);
+  y.integer("tcp_port", c.tcp_port, 0, 65'535);
+  y.text("security", c.security);
+  y.text("identity", c.identity);
   y.integer("shm_segment_mib", c.shm_segment_mib, 16, 1024);
   y.integer("udp_buffer_kib", c.udp_buffer_kib, 64, 65'536);
   y.text("profile_file", c.profile_file);
   y.text("profile_name", c.profile_name);
   if (!c.profile_file.empty() && c.profile_name.empty())
     y.problem("profile_name", "must name a participant profile of profile_file");
+  if (c.network == Network::kPlant) {
+    if (!named) y.problem("interfaces", "must list this host's addresses to use; [] = all");
+    if (c.servers.empty() && c.peers.empty())
+      y.problem("servers", "or peers must be given: a plant's network has no multicast");
+  }
+  if (c.network == Network::kWan && c.tcp_port == 0 && c.peers.empty())
+    y.problem("tcp_port", "or peers must be given: somebody listens, the others connect");
+  if (!c.servers.empty() && c.network != Network::kPlant)
+    y.problem("servers", "are for network: plant");
+  if (c.tcp_port != 0 && c.network != Network::kWan) y.problem("tcp_port", "is for network: wan");
+  if (c.servers.size() > 4) y.problem("servers", "are more than 4");
+  for (const std::string& server : c.servers)
+    if (!has_port(server)) y.problem("servers", "'" + server + "' must be host:port");
+  for (const std::string& peer : c.peers)
+    if (c.network == Network::kWan && !has_port(peer))
+      y.problem("peers", "'" + peer + "' must be host:port");
+}
+
+void read_http(YamlReader y, HttpConfig& c) {
+  y.text("address", c.address);
+  y.integer("port", c.port, 0, 65'500);
 }
 
 /// As StereoConfig::Matcher counts.
@@ -129,6 +171,7 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   SiteConfig config;
   file->integer("crane", config.crane, 1, 1'000'000);
   read_dds(file->section("dds"), config.dds);
+  read_http(file->section("http"), config.http);
   read_stereo(file->section("stereo"), config.stereo);
   read_mapper(file->section("mapper"), config.mapper);
   read_hoist(file->section("hoist"), config.hoist);
@@ -161,6 +204,10 @@ std::string exact(double value) {
 
 }  // namespace
 
+const std::string& network_name(DdsConfig::Network network) {
+  return kNetworks[static_cast<std::size_t>(network)];
+}
+
 Result<SiteConfig> read_site_config(const std::string& path) {
   return read(YamlReader::from_file(path));
 }
@@ -179,14 +226,22 @@ std::string to_yaml(const SiteConfig& c) {
   s << "crane: " << c.crane << "\n"
     << "dds:\n"
     << "  domain: " << c.dds.domain << "\n"
-    << "  transport: " << (c.dds.udp_only ? "udp" : "auto") << "\n"
+    << "  network: " << network_name(c.dds.network) << "\n"
     << "  interfaces: " << list(c.dds.interfaces) << "\n"
+    << "  servers: " << list(c.dds.servers) << "\n"
+    << "  peers: " << list(c.dds.peers) << "\n"
+    << "  tcp_port: " << c.dds.tcp_port << "\n"
+    << "  security: " << quoted(c.dds.security) << "\n"
+    << "  identity: " << quoted(c.dds.identity) << "\n"
     << "  shm_segment_mib: " << c.dds.shm_segment_mib << "\n"
     << "  udp_buffer_kib: " << c.dds.udp_buffer_kib << "\n";
   if (!c.dds.profile_file.empty())
     s << "  profile_file: " << quoted(c.dds.profile_file) << "\n"
       << "  profile_name: " << quoted(c.dds.profile_name) << "\n";
-  s << "stereo:\n"
+  s << "http:\n"
+    << "  address: " << quoted(c.http.address) << "\n"
+    << "  port: " << c.http.port << "\n"
+    << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"
     << "  block_px: " << c.stereo.block_px << "\n"

@@ -12,12 +12,28 @@ namespace crane {
 // Defaults work for the demo; ranges are checked when the file is read.
 
 struct DdsConfig {
-  int domain = 0;                                       ///< 0..232
-  bool udp_only = false;                                ///< transport: auto | udp
-  std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4; empty = all
-  int shm_segment_mib = 64;                             ///< 16..1024
-  int udp_buffer_kib = 4096;                            ///< 64..65536
-  std::string profile_file, profile_name;               ///< Fast DDS XML instead of the four above
+  /// local: one host, zero-copy. container: UDP, multicast discovery, no shared memory.
+  /// plant: UDP, discovery by servers or peers only. wan: TCP.
+  enum class Network { kLocal, kContainer, kPlant, kWan };
+  int domain = 0;  ///< 0..232
+  Network network = Network::kLocal;
+  /// IPv4; empty = all. Default: loopback for local, all for container and wan; plant must say.
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+  std::vector<std::string> servers;        ///< discovery servers "host:port", for plant; 1 to 4
+  std::vector<std::string> peers;          ///< hosts to look for; wan: "host:port"
+  int tcp_port = 0;                        ///< wan: where to listen; 0 = only connect to peers
+  std::string security;                    ///< folder of deploy/security/make; empty = off
+  std::string identity;                    ///< of that folder; empty = by the program's name
+  int shm_segment_mib = 64;                ///< 16..1024
+  int udp_buffer_kib = 4096;               ///< 64..65536
+  std::string profile_file, profile_name;  ///< Fast DDS XML instead of network and what it uses
+};
+
+/// Where a service answers /metrics and /healthz: at `port` plus its number (1 camera,
+/// 2 rangefinder, 3 stereo, 4 mapper, 5 clearance, 6 ros2-mirror, ...).
+struct HttpConfig {
+  std::string address = "127.0.0.1";
+  int port = 9460;  ///< 0 = nowhere
 };
 
 struct StereoConfig {
@@ -87,11 +103,15 @@ struct ZoneConfig {
 struct SiteConfig {
   int crane = 1;
   DdsConfig dds;
+  HttpConfig http;
   StereoConfig stereo;
   MapperConfig mapper;
   HoistConfig hoist;
   std::vector<ZoneConfig> zones;  ///< at most 64
 };
+
+/// As dds.network says it.
+const std::string& network_name(DdsConfig::Network network);
 
 /// Error: Configuration with every problem of the file, each with its line.
 Result<SiteConfig> read_site_config(const std::string& path);

@@ -215,6 +215,10 @@ void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::
   out = values;
 }
 
+bool YamlReader::has(const std::string& key) const {
+  return impl_->get(key).IsDefined();
+}
+
 void YamlReader::ignore(const std::string& key) {
   impl_->known->insert(key);
 }

@@ -38,6 +38,8 @@ class YamlReader {
   /// Exactly `count` finite numbers.
   void numbers(const std::string& key, std::vector<double>& out, std::size_t count,
                bool required = false);
+  /// Whether the key is there.
+  [[nodiscard]] bool has(const std::string& key) const;
   /// Known, but of no use to us: not a problem.
   void ignore(const std::string& key);
   /// Any problem the caller finds, at this key's line.

@@ -2,7 +2,6 @@
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
@@ -14,14 +13,15 @@
 
 #include "base/log.hpp"
 #include "dds/host_checks.hpp"
+#include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
+#include "dds/security.hpp"
 
 namespace crane::dds {
 namespace {
 
 namespace fdds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
-using eprosima::fastrtps::Duration_t;
 
 /// What this host's processes need in /dev/shm beside the transport segment: nine frames and five
 /// clouds of full size in data-sharing pools.
@@ -64,35 +64,6 @@ void prepare_library() {
     return true;
   }();
   (void)done;
-}
-
-/// Transport and discovery that lose nothing; measured, see docs/decisions/0003-transport.md.
-void set_transport(fdds::DomainParticipantQos& qos, const Settings& settings) {
-  qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->sendBufferSize = settings.udp_buffer_bytes;
-  udp->receiveBufferSize = settings.udp_buffer_bytes;
-  udp->interfaceWhiteList = settings.interfaces;
-  qos.transport().user_transports.push_back(udp);
-  if (settings.transport == Transport::kAuto) {
-    auto shm = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-    shm->segment_size(settings.shm_segment_bytes);
-    shm->port_queue_capacity(1024);
-    shm->healthy_check_timeout_ms(150);
-    qos.transport().user_transports.push_back(shm);
-  }
-  auto& builtin = qos.wire_protocol().builtin;
-  builtin.discovery_config.leaseDuration = Duration_t(5.0);
-  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0.5);
-  builtin.discovery_config.initial_announcements.count = 20;
-  builtin.discovery_config.initial_announcements.period = Duration_t(0.1);
-  rtps::Locator_t unicast;
-  unicast.kind = LOCATOR_KIND_UDPv4;
-  builtin.metatrafficUnicastLocatorList.push_back(unicast);
-  rtps::Locator_t multicast;
-  multicast.kind = LOCATOR_KIND_UDPv4;
-  rtps::IPLocator::setIPv4(multicast, "239.255.0.1");
-  builtin.metatrafficMulticastLocatorList.push_back(multicast);
 }
 
 /// A check before every transport that listens to the network. What a profile leaves to Fast DDS
@@ -138,22 +109,26 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   prepare_library();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
-  impl->zero_copy = settings.transport == Transport::kAuto;
+  // Security keeps Fast DDS from sharing memory without a copy.
+  impl->zero_copy = settings.transport == Transport::kAuto && settings.security.empty();
 
   fdds::DomainParticipantQos qos;
   if (!settings.profile_file.empty()) {
     if (auto loaded = load_profile(settings, qos); !loaded) return loaded.error();
   } else {
-    set_transport(qos, settings);
+    if (auto set = set_network(qos, settings); !set) return set.error();
+    if (auto set = set_security(qos, settings); !set) return set.error();
     if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
       log_warning(buffers.error().text());
   }
-  if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
-  if (impl->zero_copy) {
+  if (settings.transport != Transport::kTcp)
+    if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
+  if (settings.transport == Transport::kAuto) {
     const auto removed = remove_stale_segments();
     if (removed > 0)
       log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
-    if (auto room = check_shared_memory(settings.shm_segment_bytes + kZeroCopyBytes); !room)
+    const std::uint64_t pools = impl->zero_copy ? kZeroCopyBytes : 0;
+    if (auto room = check_shared_memory(settings.shm_segment_bytes + pools); !room)
       return room.error();
   }
   if (settings.guard_datagrams) guard_transports(qos, impl->guard);
@@ -168,7 +143,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
                  "check dds.interfaces against 'ip address'"};
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
-  if (impl->zero_copy) impl->lock = SegmentLock(prefix.str());
+  if (settings.transport == Transport::kAuto) impl->lock = SegmentLock(prefix.str());
 
   const std::string partition = "crane_" + std::to_string(settings.crane);
   fdds::PublisherQos publisher_qos;

@@ -10,6 +10,7 @@ namespace crane::dds {
 enum class Transport {
   kAuto,  ///< zero-copy on one host where both ends can, else shared memory, else UDP
   kUdp,   ///< UDP only
+  kTcp,   ///< TCP only: through routers and firewalls
 };
 
 /// How a process joins the plant's DDS network.
@@ -20,10 +21,20 @@ struct Settings {
   Transport transport = Transport::kAuto;
   /// IPv4 addresses to use; empty = all. The default keeps everything on this host.
   std::vector<std::string> interfaces = {"127.0.0.1"};
+  bool multicast = true;  ///< participants find each other by multicast
+  /// Discovery servers "host:port" instead of multicast; number n of the list has n as its id.
+  std::vector<std::string> servers;
+  int server_id = -1;              ///< this participant is that discovery server; -1 = none
+  std::vector<std::string> peers;  ///< further hosts to announce ourselves to; TCP: "host:port"
+  std::uint16_t tcp_port = 0;      ///< TCP: where to listen; 0 = only connect to peers
+  /// DDS Security: a folder of certificates and permissions, see deploy/security; empty = off.
+  std::string security;
+  std::string identity;  ///< who this is, of that folder
   std::uint32_t shm_segment_bytes = 64U << 20U;
   std::uint32_t udp_buffer_bytes = 4U << 20U;
   bool guard_datagrams = true;  ///< false only to show what happens without
-  /// Standard Fast DDS XML file and participant profile; replaces the transport settings above.
+  /// Standard Fast DDS XML file and participant profile; replaces the transport, discovery and
+  /// security settings above.
   std::string profile_file, profile_name;
 };
 

@@ -3,8 +3,10 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "base/log.hpp"
+#include "service/service_name.hpp"
 
 namespace crane {
 namespace {
@@ -12,6 +14,11 @@ namespace {
 std::atomic<bool>& stop_flag() {
   static std::atomic<bool> stop{false};
   return stop;
+}
+
+std::atomic<bool>& reload_flag() {
+  static std::atomic<bool> reload{false};
+  return reload;
 }
 
 int fail(const Error& error) {
@@ -26,6 +33,8 @@ void handle_signals() {
   action.sa_handler = [](int) { stop_flag() = true; };
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
+  action.sa_handler = [](int) { reload_flag() = true; };
+  sigaction(SIGHUP, &action, nullptr);
   signal(SIGPIPE, SIG_IGN);
 }
 
@@ -37,16 +46,30 @@ bool ServiceContext::stopping() const {
   return stop_requested();
 }
 
-dds::Settings to_settings(const SiteConfig& config) {
+bool ServiceContext::reload() const {
+  return reload_flag().exchange(false);
+}
+
+dds::Settings to_settings(const SiteConfig& config, const std::string& identity) {
+  using Network = DdsConfig::Network;
+  const DdsConfig& c = config.dds;
   dds::Settings s;
   s.crane = static_cast<std::uint32_t>(config.crane);
-  s.domain = static_cast<std::uint32_t>(config.dds.domain);
-  s.transport = config.dds.udp_only ? dds::Transport::kUdp : dds::Transport::kAuto;
-  s.interfaces = config.dds.interfaces;
-  s.shm_segment_bytes = static_cast<std::uint32_t>(config.dds.shm_segment_mib) << 20U;
-  s.udp_buffer_bytes = static_cast<std::uint32_t>(config.dds.udp_buffer_kib) << 10U;
-  s.profile_file = config.dds.profile_file;
-  s.profile_name = config.dds.profile_name;
+  s.domain = static_cast<std::uint32_t>(c.domain);
+  s.transport = c.network == Network::kLocal ? dds::Transport::kAuto
+                : c.network == Network::kWan ? dds::Transport::kTcp
+                                             : dds::Transport::kUdp;
+  s.multicast = c.network != Network::kPlant;
+  s.interfaces = c.interfaces;
+  s.servers = c.servers;
+  s.peers = c.peers;
+  s.tcp_port = static_cast<std::uint16_t>(c.tcp_port);
+  s.security = c.security;
+  s.identity = c.identity.empty() ? identity : c.identity;
+  s.shm_segment_bytes = static_cast<std::uint32_t>(c.shm_segment_mib) << 20U;
+  s.udp_buffer_bytes = static_cast<std::uint32_t>(c.udp_buffer_kib) << 10U;
+  s.profile_file = c.profile_file;
+  s.profile_name = c.profile_name;
   return s;
 }
 
@@ -59,7 +82,16 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
   app.set_version_flag("--version", std::string(CRANEMAP_VERSION) + " (" CRANEMAP_BUILD_TYPE ")");
   std::string config_file;
   app.add_option("--config", config_file, "Site configuration (YAML); defaults without it");
-  add_options(app);
+  bool log_json = false;
+  bool health = false;
+  app.add_flag("--log-json", log_json, "The log as one JSON object a line");
+  app.add_flag("--health", health,
+               "Ask the running service of this configuration: 0 healthy, 3 not");
+  // What a service cannot do without is not asked for by --health.
+  if (std::any_of(argv, argv + argc, [](const char* a) { return std::string(a) == "--health"; }))
+    app.allow_extras();
+  else
+    add_options(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -71,16 +103,26 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
     if (!read) return fail(read.error());
     config = *read;
   }
+  const int port = config.http.port == 0 ? 0 : config.http.port + static_cast<int>(info.service);
+  if (health) {
+    auto well = ask_health(config.http.address, port);
+    return well ? kExitOk : fail(well.error());
+  }
+  if (log_json) set_log_format(LogFormat::kJson);
   log_info("version " CRANEMAP_VERSION " (" CRANEMAP_BUILD_TYPE "), configuration:\n" +
            to_yaml(config));
   if (std::string(CRANEMAP_BUILD_TYPE) != "Release")
     log_warning("not an optimised build (" CRANEMAP_BUILD_TYPE "): expect it to be slow");
 
-  auto participant = dds::Participant::create(to_settings(config), info.name);
+  const std::string identity = service_name(info.service);
+  auto participant = dds::Participant::create(to_settings(config, identity), info.name);
   if (!participant) return fail(participant.error());
   auto status = StatusReporter::create(*participant, info.service);
   if (!status) return fail(status.error());
-  ServiceContext context{config, *participant, std::move(*status)};
+  ServiceContext context{config, config_file, *participant, std::move(*status)};
+  if (port > 0)  // a map without its figures is better than none
+    if (auto served = context.status.serve_http(config.http.address, port); !served)
+      log_warning(served.error().text() + "; going on without /metrics and /healthz");
   const Result<void> done = body(context);
   if (!done) {
     context.status.status = 2;

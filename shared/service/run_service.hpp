@@ -19,11 +19,14 @@ namespace crane {
 /// What the body of a service gets: configuration read, network joined, signals handled.
 struct ServiceContext {
   SiteConfig config;
+  std::string config_file;  ///< empty: all defaults
   std::shared_ptr<dds::Participant> participant;
   StatusReporter status;
 
   /// True after SIGTERM or SIGINT.
   [[nodiscard]] bool stopping() const;
+  /// True once after each SIGHUP: the zones of the configuration are to be read again.
+  [[nodiscard]] bool reload() const;
 };
 
 struct ServiceInfo {
@@ -38,10 +41,11 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
                 const std::function<void(CLI::App&)>& add_options,
                 const std::function<Result<void>(ServiceContext&)>& body);
 
-/// Sets the flag behind stopping() on SIGTERM and SIGINT; ignores SIGPIPE.
+/// Sets the flags behind stopping() and reload() on SIGTERM, SIGINT and SIGHUP; ignores SIGPIPE.
 void handle_signals();
 bool stop_requested();
 
-dds::Settings to_settings(const SiteConfig& config);
+/// `identity`: for DDS Security, where the configuration names none.
+dds::Settings to_settings(const SiteConfig& config, const std::string& identity);
 
 }  // namespace crane

@@ -1,11 +1,14 @@
 #include "service/status_reporter.hpp"
 
 #include <sys/resource.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "bounds.h"
+#include "service/metrics.hpp"
 
 namespace crane {
 namespace {
@@ -40,6 +43,13 @@ Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Partici
   auto writer = dds::Writer<dds::ServiceStatusTopic>::create(participant);
   if (!writer) return writer.error();
   return StatusReporter(std::move(*writer), participant, service);
+}
+
+Result<void> StatusReporter::serve_http(const std::string& address, int port) {
+  auto started = HealthServer::start(address, port);
+  if (!started) return started.error();
+  health_ = std::move(*started);
+  return {};
 }
 
 void StatusReporter::tick(bool now) {
@@ -84,6 +94,14 @@ void StatusReporter::tick(bool now) {
   s.build_type(CRANEMAP_BUILD_TYPE);
   s.message(message.substr(0, 255).c_str());
   (void)writer_.write(s);  // a status that cannot be sent is repeated in a second
+
+  static constexpr const char* kWords[] = {"ok", "degraded", "failed"};
+  const std::string word =
+      kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] + (message.empty() ? "" : ": " + message);
+  if (health_)
+    health_->tell({status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});
+  // Does nothing where systemd does not ask for it.
+  sd_notify(0, ("READY=1\nWATCHDOG=1\nSTATUS=" + word).c_str());
 }
 
 void StatusReporter::flush(std::chrono::milliseconds limit) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
+#include "service/health.hpp"
 
 namespace crane {
 
@@ -26,13 +28,15 @@ inline void add_reader_drops(DropCounts& dropped, const std::string& name,
   dropped.set(name + " lost or rejected by Fast DDS", counts.lost);
 }
 
-/// What one service tells the world once a second: counts, causes of drops, stage times.
-/// One thread.
+/// What one service tells the world once a second: counts, causes of drops, stage times; by topic
+/// service_status, over HTTP, and to systemd, whose watchdog it feeds. One thread.
 class StatusReporter {
  public:
   /// `service`: v1::SERVICE_*.
   static Result<StatusReporter> create(const std::shared_ptr<dds::Participant>& participant,
                                        std::uint32_t service);
+  /// From now on over HTTP as well. Error: Resource when the port cannot be had.
+  Result<void> serve_http(const std::string& address, int port);
 
   StageTimes stages;
   DropCounts dropped;
@@ -40,6 +44,7 @@ class StatusReporter {
   bool finished = false;
   std::uint32_t status = 0;  ///< v1::STATUS_*
   std::string message;
+  std::map<std::string, double> values;  ///< gauges for /metrics
 
   /// Publishes when a second has passed, or at once when `now` is set.
   void tick(bool now = false);
@@ -51,6 +56,7 @@ class StatusReporter {
                  std::shared_ptr<dds::Participant> participant, std::uint32_t service);
   dds::Writer<dds::ServiceStatusTopic> writer_;
   std::shared_ptr<dds::Participant> participant_;
+  std::unique_ptr<HealthServer> health_;
   std::uint32_t service_;
   std::uint64_t sequence_ = 0;
   TimeNs start_ns_;

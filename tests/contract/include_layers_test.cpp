@@ -28,10 +28,11 @@ const std::map<std::string, std::string> kLibraries = {
     {"yaml", "yaml-cpp/"},  {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
     {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
     {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
+    {"http", "httplib.h"},  {"systemd", "systemd/"}, {"openssl", "openssl/"},
 };
 
 const std::map<std::string, Layer> kLayers = {
-    {"shared/base", {{}, {}}},
+    {"shared/base", {{}, {"json"}}},
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base"}, {"yaml"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv"}}},
@@ -40,8 +41,8 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
     {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen", "hwy"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
-    {"shared/dds", {{"base"}, {"fastdds", "fastrtps"}}},
-    {"shared/service", {{"base", "config", "dds", "client"}, {"cli"}}},
+    {"shared/dds", {{"base"}, {"fastdds", "fastrtps", "openssl"}}},
+    {"shared/service", {{"base", "config", "dds", "client"}, {"cli", "http", "systemd"}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",

@@ -140,7 +140,7 @@ TEST(Run, WorksOnUdpAloneToo) {
   const TempFolder folder;
   const std::string out = folder / "out";
   const Finished run = test::run({"run", rig_recording(), "--out", out, "--voxel", "0.05",
-                                  "--transport", "udp", "--domain", next_domain()},
+                                  "--network", "container", "--domain", next_domain()},
                                  folder.path());
   ASSERT_EQ(run.code, 0) << run.output;
   EXPECT_EQ(report_of(out)["frames"]["integrated"], 6);

@@ -14,14 +14,20 @@
 
 namespace crane::client {
 
-/// Which crane's map, and where on the network.
+/// Which crane's map, and where on the network. As section `dds` of the services' configuration.
 struct Options {
   std::uint32_t crane = 1;
   std::uint32_t domain = 0;
-  bool udp_only = false;
+  enum class Network { kLocal, kContainer, kPlant, kWan };
+  Network network = Network::kLocal;
   /// IPv4 addresses to use; empty = all. The default stays on this host.
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  /// Fast DDS XML profile instead of the two above.
+  std::vector<std::string> servers;  ///< discovery servers "host:port", of kPlant
+  std::vector<std::string> peers;    ///< hosts to look for; kWan: "host:port"
+  std::uint16_t tcp_port = 0;        ///< kWan: where to listen; 0 = only connect
+  std::string security;              ///< folder of certificates; empty = no DDS Security
+  std::string identity = "controller";
+  /// Fast DDS XML profile instead of network and what belongs to it.
   std::string profile_file, profile_name;
 };
 

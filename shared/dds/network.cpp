@@ -1,0 +1,147 @@
+#include "dds/network.hpp"
+
+#include <arpa/inet.h>
+#include <fastdds/rtps/attributes/ServerAttributes.h>
+#include <fastdds/rtps/transport/TCPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <netdb.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <string>
+
+namespace crane::dds {
+namespace {
+
+namespace ert = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
+using rtps::IPLocator;
+
+/// Participants of a host that a peer's address reaches.
+constexpr std::uint32_t kParticipantsPerHost = 32;
+
+/// "host" or "host:port"; the host's first IPv4 address.
+Result<rtps::Locator_t> locator(const std::string& text, std::int32_t kind, const char* key) {
+  const auto colon = text.rfind(':');
+  const std::string host = text.substr(0, colon);
+  int port = 0;
+  if (colon != std::string::npos)
+    std::from_chars(text.data() + colon + 1, text.data() + text.size(), port);
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), nullptr, &wanted, &found);
+  if (failed != 0)
+    return Error{ErrorCode::kResource, std::string("dds.") + key,
+                 "'" + host + "' has no address: " + gai_strerror(failed),
+                 "check the name and the name server, or give an IPv4 address"};
+  char address[INET_ADDRSTRLEN] = "";
+  inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr, address,
+            sizeof address);
+  freeaddrinfo(found);
+  rtps::Locator_t out;
+  out.kind = kind;
+  IPLocator::setIPv4(out, address);
+  if (kind == LOCATOR_KIND_TCPv4)
+    IPLocator::setPhysicalPort(out, static_cast<std::uint16_t>(port));
+  else
+    out.port = static_cast<std::uint32_t>(port);
+  return out;
+}
+
+/// As 'fastdds discovery -i <id>' has it.
+rtps::GuidPrefix_t server_prefix(int id) {
+  static constexpr rtps::octet kBytes[12] = {0x44, 0x53, 0,    0x5f, 0x45, 0x50,
+                                             0x52, 0x4f, 0x53, 0x49, 0x4d, 0x41};
+  rtps::GuidPrefix_t prefix;
+  std::copy(std::begin(kBytes), std::end(kBytes), prefix.value);
+  prefix.value[2] = static_cast<rtps::octet>(id);
+  return prefix;
+}
+
+/// A server is one by its id; the others ask the servers who is there.
+Result<void> set_servers(const Settings& settings, eprosima::fastdds::dds::WireProtocolConfigQos& protocol) {
+  auto& discovery = protocol.builtin.discovery_config;
+  discovery.discoveryProtocol = settings.server_id >= 0 ? rtps::DiscoveryProtocol_t::SERVER
+                                                        : rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.discoveryServer_client_syncperiod = Duration_t(0.25);
+  for (std::size_t i = 0; i < settings.servers.size(); ++i) {
+    const int id = static_cast<int>(i);
+    auto at = locator(settings.servers[i], LOCATOR_KIND_UDPv4, "servers");
+    if (!at) return at.error();
+    if (id == settings.server_id) {
+      protocol.prefix = server_prefix(id);
+      // On all of this host's addresses: the name may be one that only others see, of a service.
+      rtps::Locator_t any = *at;
+      IPLocator::setIPv4(any, "0.0.0.0");
+      protocol.builtin.metatrafficUnicastLocatorList.push_back(any);
+      continue;
+    }
+    if (settings.server_id >= 0) continue;  // servers do not need each other: clients ask them all
+    rtps::RemoteServerAttributes server;
+    server.guidPrefix = server_prefix(id);
+    server.metatrafficUnicastLocatorList.push_back(*at);
+    discovery.m_DiscoveryServers.push_back(server);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                         const Settings& settings) {
+  const bool tcp = settings.transport == Transport::kTcp;
+  auto& transports = qos.transport().user_transports;
+  qos.transport().use_builtin_transports = false;
+  if (tcp) {
+    auto t = std::make_shared<ert::TCPv4TransportDescriptor>();
+    t->interfaceWhiteList = settings.interfaces;
+    t->calculate_crc = t->check_crc = true;
+    if (settings.tcp_port != 0) t->add_listener_port(settings.tcp_port);
+    transports.push_back(t);
+  } else {
+    auto udp = std::make_shared<ert::UDPv4TransportDescriptor>();
+    udp->sendBufferSize = settings.udp_buffer_bytes;
+    udp->receiveBufferSize = settings.udp_buffer_bytes;
+    udp->interfaceWhiteList = settings.interfaces;
+    udp->maxInitialPeersRange = kParticipantsPerHost;
+    transports.push_back(udp);
+  }
+  if (settings.transport == Transport::kAuto) {
+    auto shm = std::make_shared<ert::SharedMemTransportDescriptor>();
+    shm->segment_size(settings.shm_segment_bytes);
+    shm->port_queue_capacity(1024);
+    shm->healthy_check_timeout_ms(150);
+    transports.push_back(shm);
+  }
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.discovery_config.leaseDuration = Duration_t(5.0);
+  builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0.5);
+  builtin.discovery_config.initial_announcements.count = 20;
+  builtin.discovery_config.initial_announcements.period = Duration_t(0.1);
+  const std::int32_t kind = tcp ? LOCATOR_KIND_TCPv4 : LOCATOR_KIND_UDPv4;
+  for (const std::string& peer : settings.peers) {
+    auto at = locator(peer, kind, "peers");
+    if (!at) return at.error();
+    builtin.initialPeersList.push_back(*at);
+  }
+  if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
+  if (tcp) return {};
+  rtps::Locator_t unicast;
+  unicast.kind = LOCATOR_KIND_UDPv4;
+  builtin.metatrafficUnicastLocatorList.push_back(unicast);
+  if (!settings.multicast) return {};
+  rtps::Locator_t multicast;
+  multicast.kind = LOCATOR_KIND_UDPv4;
+  IPLocator::setIPv4(multicast, "239.255.0.1");
+  builtin.metatrafficMulticastLocatorList.push_back(multicast);
+  // Initial peers replace the group unless it is one of them.
+  if (!settings.peers.empty()) builtin.initialPeersList.push_back(multicast);
+  return {};
+}
+
+}  // namespace crane::dds
