@@ -16,6 +16,7 @@ Command add_simulate_command(CLI::App& app);
 Command add_watch_command(CLI::App& app);
 Command add_evaluate_command(CLI::App& app);
 Command add_query_command(CLI::App& app);
+Command add_status_command(CLI::App& app);
 Command add_zone_command(CLI::App& app);
 
 }  // namespace crane

@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
       {"run", crane::add_run_command(app)},           {"demo", crane::add_demo_command(app)},
       {"simulate", crane::add_simulate_command(app)}, {"watch", crane::add_watch_command(app)},
       {"evaluate", crane::add_evaluate_command(app)}, {"query", crane::add_query_command(app)},
-      {"zone", crane::add_zone_command(app)},
+      {"zone", crane::add_zone_command(app)},         {"status", crane::add_status_command(app)},
   };
   app.footer(
       "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"

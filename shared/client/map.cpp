@@ -75,7 +75,7 @@ dds::Transport transport_of(Options::Network network) {
     case Options::Network::kLocal:
       return dds::Transport::kAuto;
     case Options::Network::kWan:
-      return dds::Transport::kTcp;
+      return dds::Transport::kWan;
     default:
       return dds::Transport::kUdp;
   }
@@ -297,6 +297,7 @@ struct Map::Impl {
     out.valid = out.alive && s.validity() == 0;
     out.complete = complete();
     out.reason = out.alive ? s.reason().c_str() : "no heartbeat of the mapper for more than 1 s";
+    out.mapper = s.mapper();
     out.map_id = s.map_id();
     out.revision = s.revision();
     out.voxel_m = s.voxel_m();

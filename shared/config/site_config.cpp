@@ -33,7 +33,7 @@ void read_dds(YamlReader y, DdsConfig& c) {
   y.texts("interfaces", c.interfaces);
   y.texts("servers", c.servers);
   y.texts("peers", c.peers);
-  y.integer("tcp_port", c.tcp_port, 0, 65'535);
+  y.integer("tcp_port", c.tcp_port, 0, 65'500);
   y.text("security", c.security);
   y.text("identity", c.identity);
   y.integer("shm_segment_mib", c.shm_segment_mib, 16, 1024);

@@ -13,7 +13,7 @@ namespace crane {
 
 struct DdsConfig {
   /// local: one host, zero-copy. container: UDP, multicast discovery, no shared memory.
-  /// plant: UDP, discovery by servers or peers only. wan: TCP.
+  /// plant: UDP, discovery by servers or peers only. wan: local, and TCP to other hosts.
   enum class Network { kLocal, kContainer, kPlant, kWan };
   int domain = 0;  ///< 0..232
   Network network = Network::kLocal;
@@ -21,7 +21,7 @@ struct DdsConfig {
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::vector<std::string> servers;        ///< discovery servers "host:port", for plant; 1 to 4
   std::vector<std::string> peers;          ///< hosts to look for; wan: "host:port"
-  int tcp_port = 0;                        ///< wan: where to listen; 0 = only connect to peers
+  int tcp_port = 0;  ///< wan: services listen at it plus their number, as http; 0 = only connect
   std::string security;                    ///< folder of deploy/security/make; empty = off
   std::string identity;                    ///< of that folder; empty = by the program's name
   int shm_segment_mib = 64;                ///< 16..1024
@@ -30,7 +30,7 @@ struct DdsConfig {
 };
 
 /// Where a service answers /metrics and /healthz: at `port` plus its number (1 camera,
-/// 2 rangefinder, 3 stereo, 4 mapper, 5 clearance, 6 ros2-mirror, ...).
+/// 2 rangefinder, 3 stereo, 4 mapper, 5 clearance, 6 ros2-mirror, 8 discovery).
 struct HttpConfig {
   std::string address = "127.0.0.1";
   int port = 9460;  ///< 0 = nowhere

@@ -31,6 +31,9 @@ class Transport final : public ert::ChainingTransport {
  public:
   explicit Transport(const Descriptor& descriptor)
       : ChainingTransport(descriptor), descriptor_(descriptor) {}
+  /// TCP's threads use what the base class holds until they are told to end; it does not tell them.
+  ~Transport() override { low_level_transport_.reset(); }
+  void shutdown() override { low_level_transport_->shutdown(); }
 
   ert::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 

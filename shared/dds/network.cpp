@@ -94,46 +94,48 @@ Result<void> set_servers(const Settings& settings, eprosima::fastdds::dds::WireP
 
 Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
                          const Settings& settings) {
-  const bool tcp = settings.transport == Transport::kTcp;
+  const bool wan = settings.transport == Transport::kWan;
   auto& transports = qos.transport().user_transports;
   qos.transport().use_builtin_transports = false;
-  if (tcp) {
-    auto t = std::make_shared<ert::TCPv4TransportDescriptor>();
-    t->interfaceWhiteList = settings.interfaces;
-    t->calculate_crc = t->check_crc = true;
-    if (settings.tcp_port != 0) t->add_listener_port(settings.tcp_port);
-    transports.push_back(t);
-  } else {
-    auto udp = std::make_shared<ert::UDPv4TransportDescriptor>();
-    udp->sendBufferSize = settings.udp_buffer_bytes;
-    udp->receiveBufferSize = settings.udp_buffer_bytes;
-    udp->interfaceWhiteList = settings.interfaces;
-    udp->maxInitialPeersRange = kParticipantsPerHost;
-    transports.push_back(udp);
-  }
-  if (settings.transport == Transport::kAuto) {
+  auto udp = std::make_shared<ert::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = settings.udp_buffer_bytes;
+  udp->receiveBufferSize = settings.udp_buffer_bytes;
+  udp->interfaceWhiteList = wan ? std::vector<std::string>{"127.0.0.1"} : settings.interfaces;
+  udp->maxInitialPeersRange = kParticipantsPerHost;
+  transports.push_back(udp);
+  if (settings.transport != Transport::kUdp) {
     auto shm = std::make_shared<ert::SharedMemTransportDescriptor>();
     shm->segment_size(settings.shm_segment_bytes);
     shm->port_queue_capacity(1024);
     shm->healthy_check_timeout_ms(150);
     transports.push_back(shm);
   }
+  if (wan) {
+    auto tcp = std::make_shared<ert::TCPv4TransportDescriptor>();
+    tcp->interfaceWhiteList = settings.interfaces;
+    tcp->calculate_crc = tcp->check_crc = true;
+    if (settings.tcp_port != 0) tcp->add_listener_port(settings.tcp_port);
+    transports.push_back(tcp);
+  }
   auto& builtin = qos.wire_protocol().builtin;
   builtin.discovery_config.leaseDuration = Duration_t(5.0);
   builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0.5);
   builtin.discovery_config.initial_announcements.count = 20;
   builtin.discovery_config.initial_announcements.period = Duration_t(0.1);
-  const std::int32_t kind = tcp ? LOCATOR_KIND_TCPv4 : LOCATOR_KIND_UDPv4;
+  const std::int32_t kind = wan ? LOCATOR_KIND_TCPv4 : LOCATOR_KIND_UDPv4;
   for (const std::string& peer : settings.peers) {
     auto at = locator(peer, kind, "peers");
     if (!at) return at.error();
     builtin.initialPeersList.push_back(*at);
   }
   if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
-  if (tcp) return {};
   rtps::Locator_t unicast;
   unicast.kind = LOCATOR_KIND_UDPv4;
   builtin.metatrafficUnicastLocatorList.push_back(unicast);
+  if (wan) {
+    unicast.kind = LOCATOR_KIND_TCPv4;
+    builtin.metatrafficUnicastLocatorList.push_back(unicast);
+  }
   if (!settings.multicast) return {};
   rtps::Locator_t multicast;
   multicast.kind = LOCATOR_KIND_UDPv4;

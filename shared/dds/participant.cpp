@@ -7,6 +7,7 @@
 #include <fastdds/dds/log/Log.hpp>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -42,6 +43,10 @@ class LogBridge final : public fdds::LogConsumer {
     if (entry.message.find("Automatically unmatching") == 0) return;
     const std::string text =
         "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
+    const auto now = std::chrono::steady_clock::now();
+    if (text == last_ && now - said_ < std::chrono::seconds(10)) return;
+    last_ = text;
+    said_ = now;
     if (entry.kind == fdds::Log::Kind::Error)
       log_error(text);
     else
@@ -50,6 +55,8 @@ class LogBridge final : public fdds::LogConsumer {
 
  private:
   int invalidated_ = 0;
+  std::string last_;
+  std::chrono::steady_clock::time_point said_;
 };
 
 void prepare_library() {
@@ -110,7 +117,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   // Security keeps Fast DDS from sharing memory without a copy.
-  impl->zero_copy = settings.transport == Transport::kAuto && settings.security.empty();
+  impl->zero_copy = settings.transport != Transport::kUdp && settings.security.empty();
 
   fdds::DomainParticipantQos qos;
   if (!settings.profile_file.empty()) {
@@ -121,9 +128,8 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
     if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
       log_warning(buffers.error().text());
   }
-  if (settings.transport != Transport::kTcp)
-    if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
-  if (settings.transport == Transport::kAuto) {
+  if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
+  if (settings.transport != Transport::kUdp) {
     const auto removed = remove_stale_segments();
     if (removed > 0)
       log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
@@ -143,7 +149,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
                  "check dds.interfaces against 'ip address'"};
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
-  if (settings.transport == Transport::kAuto) impl->lock = SegmentLock(prefix.str());
+  if (settings.transport != Transport::kUdp) impl->lock = SegmentLock(prefix.str());
 
   const std::string partition = "crane_" + std::to_string(settings.crane);
   fdds::PublisherQos publisher_qos;

@@ -163,7 +163,7 @@ const char* flaw(const v1::ClearanceReply& s) {
 }
 
 const char* flaw(const v1::ServiceStatus& s) {
-  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_ROS2_MIRROR)
+  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_DISCOVERY)
     return "unknown service";
   if (!status_known(s.status())) return "unknown status";
   if (s.finished() > 1) return "finished is neither 0 nor 1";

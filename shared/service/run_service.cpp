@@ -57,7 +57,7 @@ dds::Settings to_settings(const SiteConfig& config, const std::string& identity)
   s.crane = static_cast<std::uint32_t>(config.crane);
   s.domain = static_cast<std::uint32_t>(c.domain);
   s.transport = c.network == Network::kLocal ? dds::Transport::kAuto
-                : c.network == Network::kWan ? dds::Transport::kTcp
+                : c.network == Network::kWan ? dds::Transport::kWan
                                              : dds::Transport::kUdp;
   s.multicast = c.network != Network::kPlant;
   s.interfaces = c.interfaces;
@@ -114,8 +114,15 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
   if (std::string(CRANEMAP_BUILD_TYPE) != "Release")
     log_warning("not an optimised build (" CRANEMAP_BUILD_TYPE "): expect it to be slow");
 
-  const std::string identity = service_name(info.service);
-  auto participant = dds::Participant::create(to_settings(config, identity), info.name);
+  dds::Settings settings = to_settings(config, service_name(info.service));
+  if (!info.faces_plant && settings.transport == dds::Transport::kWan) {
+    settings.transport = dds::Transport::kAuto;
+    settings.interfaces = {"127.0.0.1"};
+  }
+  if (settings.tcp_port != 0) settings.tcp_port += static_cast<std::uint16_t>(info.service);
+  if (info.adjust)
+    if (auto adjusted = info.adjust(settings); !adjusted) return fail(adjusted.error());
+  auto participant = dds::Participant::create(settings, info.name);
   if (!participant) return fail(participant.error());
   auto status = StatusReporter::create(*participant, info.service);
   if (!status) return fail(status.error());

@@ -21,6 +21,10 @@ inline const char* service_name(std::uint32_t service) {
       return "clearance";
     case v1::SERVICE_ROS2_MIRROR:
       return "ros2_mirror";
+    case v1::SERVICE_STANDBY:
+      return "standby";
+    case v1::SERVICE_DISCOVERY:
+      return "discovery";
     default:
       return "unknown";
   }

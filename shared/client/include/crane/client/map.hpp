@@ -38,6 +38,7 @@ struct Status {
   bool valid = false;     ///< alive, and clouds and positions are fresh
   bool complete = false;  ///< all tiles and zones of the said revision are here (digests agree)
   std::string reason;     ///< why not valid
+  std::uint64_t mapper = 0;  ///< the process that serves the map
   std::uint64_t map_id = 0, revision = 0;
   std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
   std::uint32_t tiles = 0;                            ///< of voxels, held here

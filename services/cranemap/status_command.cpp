@@ -1,0 +1,76 @@
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <thread>
+
+#include "base/log.hpp"
+#include "commands.hpp"
+#include "crane/client/map.hpp"
+#include "service/client_options.hpp"
+#include "service/run_service.hpp"
+#include "site_options.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Options {
+  SiteOptions site;
+  double wait_s = 10;
+  std::uint64_t frames = 0;
+};
+
+void print(const client::Status& s) {
+  std::printf(
+      "valid: %s\ncomplete: %s\nreason: \"%s\"\nmapper: %016" PRIx64 "\nmap_id: %016" PRIx64
+      "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64 "\nheight_digest: %016" PRIx64
+      "\ntiles: %u\nzones_revision: %" PRIu64 "\nlast_frame_time_ns: %" PRId64
+      "\nframes_integrated: %" PRIu64 "\nframes_rejected: %" PRIu64 "\nframes_missing: %" PRIu64
+      "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64 "\n",
+      s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(), s.mapper, s.map_id,
+      s.revision, s.voxel_digest, s.height_digest, s.tiles, s.zones_revision, s.last_frame_time_ns,
+      s.frames_integrated, s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs);
+}
+
+int status(const Options& options) {
+  auto site = read_site(options.site);
+  if (!site) {
+    log_error(site.error().text());
+    return exit_code(site.error());
+  }
+  std::string why;
+  const auto map = client::Map::join(client_options(*site, "dashboard"), why);
+  if (!map) {
+    log_error(why);
+    return kExitResource;
+  }
+  client::Status s = map->status();
+  const auto good = [&] {
+    return s.valid && s.complete && s.frames_integrated >= options.frames;
+  };
+  for (const Stopwatch watch; !good() && watch.ms() < options.wait_s * 1000 && !stop_requested();) {
+    std::this_thread::sleep_for(20ms);
+    s = map->status();
+  }
+  print(s);
+  return good() ? kExitOk : kExitResource;
+}
+
+}  // namespace
+
+Command add_status_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "status",
+      "Joins, waits for a valid and complete map, prints its status as YAML; for scripts.\n"
+      "Exit code 0: valid and complete; 3: not within --wait.");
+  add_site_options(*command, options->site);
+  command->add_option("--wait", options->wait_s, "Seconds to wait at most")
+      ->check(CLI::Range(0.0, 86'400.0))
+      ->capture_default_str();
+  command->add_option("--frames", options->frames, "Wait for so many frames in the map, too");
+  return [options] { return status(*options); };
+}
+
+}  // namespace crane

@@ -1,0 +1,5 @@
+#include "discovery_service.hpp"
+
+int main(int argc, char** argv) {
+  return crane::run_discovery(argc, argv);
+}
