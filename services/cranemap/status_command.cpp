@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cinttypes>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include "base/log.hpp"
@@ -19,6 +20,7 @@ struct Options {
   SiteOptions site;
   double wait_s = 10;
   std::uint64_t frames = 0;
+  bool follow = false;
 };
 
 void print(const client::Status& s) {
@@ -33,6 +35,29 @@ void print(const client::Status& s) {
       s.frames_integrated, s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs);
 }
 
+/// A line with its time for each change of the mapper that serves or of the map's validity.
+void follow(const client::Map& map, double seconds) {
+  std::uint64_t mapper = 0;
+  std::optional<bool> valid;
+  Stopwatch since;
+  const auto now_s = [] { return double(SystemClock().now()) * 1e-9; };
+  for (const Stopwatch watch; watch.ms() < seconds * 1000 && !stop_requested();) {
+    const client::Status s = map.status();
+    if (s.heard && s.mapper != mapper) {
+      mapper = s.mapper;
+      std::printf("mapper %.3f %016" PRIx64 "\n", now_s(), mapper);
+    }
+    if (valid != s.valid) {
+      if (s.valid && valid) std::printf("invalid_for %.3f\n", since.ms() * 1e-3);
+      std::printf("%s %.3f %s\n", s.valid ? "valid" : "invalid", now_s(), s.reason.c_str());
+      since = {};
+    }
+    valid = s.valid;
+    std::fflush(stdout);
+    std::this_thread::sleep_for(5ms);
+  }
+}
+
 int status(const Options& options) {
   auto site = read_site(options.site);
   if (!site) {
@@ -44,6 +69,10 @@ int status(const Options& options) {
   if (!map) {
     log_error(why);
     return kExitResource;
+  }
+  if (options.follow) {
+    follow(*map, options.wait_s);
+    return kExitOk;
   }
   client::Status s = map->status();
   const auto good = [&] {
@@ -69,6 +98,8 @@ Command add_status_command(CLI::App& app) {
   command->add_option("--wait", options->wait_s, "Seconds to wait at most")
       ->check(CLI::Range(0.0, 86'400.0))
       ->capture_default_str();
+  command->add_flag("--follow", options->follow,
+                    "Say each change of mapper and validity instead, for --wait seconds");
   command->add_option("--frames", options->frames, "Wait for so many frames in the map, too");
   return [options] { return status(*options); };
 }

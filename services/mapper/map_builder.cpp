@@ -1,6 +1,6 @@
 #include "mapper/map_builder.hpp"
 
-#include "map_codec/tile_codec.hpp"
+#include "map_codec/tile_adopt.hpp"
 #include "mapping/hoist_mask.hpp"
 
 namespace crane {
@@ -71,6 +71,36 @@ MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig, const H
 void MapBuilder::restore(const FrameAccount& account, TimeNs age) {
   account_ = account;
   ages_.restore(age, account.last_frame_time);
+}
+
+void MapBuilder::clear() {
+  map_ = std::make_unique<OccupancyMap>(map_->voxel_m(), bytes(config_));
+  account_ = FrameAccount{};
+  ages_ = AgeClock{};
+}
+
+void MapBuilder::adopt(const FrameAccount& account, HoistKnown hoist, TimeNs now) {
+  hoist_known_ = hoist;
+  if (account.last_frame_time == account_.last_frame_time && account.stream == account_.stream)
+    return;
+  account_ = account;
+  last_arrival_ = now;
+  // What is adopted may be as old as a map remembers.
+  const TimeNs remembered = TimeNs(2e9 * std::max(1.0, config_.forget_s));
+  if (ages_.time() == 0) ages_.restore(remembered, account.last_frame_time);
+  ages_.at_exposure(account.last_frame_time, now);
+  forgetting_.advance(ages_.time(), *map_);
+}
+
+void MapBuilder::adopt(TileKey key, const std::map<int, BlockClasses>& blocks,
+                       const TileHeights& heights) {
+  const TimeNs now = ages_.time();
+  const TimeNs oldest = now - TimeNs(0.98e9 * config_.forget_s);  // older is said to be stale
+  const auto epoch_of = [&](TimeNs seen) {
+    const TimeNs age = seen == 0 ? now : ages_.of_exposure(seen);
+    return forgetting_.epoch_at(std::clamp(age, oldest, now));
+  };
+  adopt_tile(key, blocks, heights, epoch_of, *map_);
 }
 
 void MapBuilder::rest(TimeNs now) {

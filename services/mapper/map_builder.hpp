@@ -10,6 +10,7 @@
 #include "config/site_config.hpp"
 #include "geometry/position_track.hpp"
 #include "geometry/stereo_rig.hpp"
+#include "map_codec/tile_codec.hpp"
 #include "mapper/hoist_tracker.hpp"
 #include "mapping/epoch.hpp"
 #include "mapping/forgetting.hpp"
@@ -79,6 +80,15 @@ class MapBuilder {
   /// method: paper makes the map anew from all clouds. Error: what a filter says.
   Result<void> rebuild();
   [[nodiscard]] bool needs_rebuild() const { return paper_ && stale_; }
+
+  // A standby's map is that of the mapper that serves, as it is published.
+
+  /// Begins anew with nothing.
+  void clear();
+  /// How far the serving mapper is. Before the tiles that it published then.
+  void adopt(const FrameAccount& account, HoistKnown hoist, TimeNs now);
+  /// One of its tiles, in place of what is here.
+  void adopt(TileKey key, const std::map<int, BlockClasses>& blocks, const TileHeights& heights);
 
   [[nodiscard]] OccupancyMap& map() { return *map_; }
   [[nodiscard]] const FrameAccount& account() const { return account_; }

@@ -30,13 +30,16 @@ BandKey band_key(TileKey key, int band) {
 
 Result<MapPublisher> MapPublisher::create(const std::shared_ptr<dds::Participant>& participant,
                                           const Identity& identity, bool paper_method) {
-  auto tiles = dds::Writer<dds::MapTileTopic>::create(participant);
+  const auto make = [&]<class Topic>(Topic) {
+    return dds::Writer<Topic>::create(participant, Topic::kName, identity.term);
+  };
+  auto tiles = make(dds::MapTileTopic{});
   if (!tiles) return tiles.error();
-  auto heights = dds::Writer<dds::HeightTileTopic>::create(participant);
+  auto heights = make(dds::HeightTileTopic{});
   if (!heights) return heights.error();
-  auto octree = dds::Writer<dds::OctreeMapTopic>::create(participant);
+  auto octree = make(dds::OctreeMapTopic{});
   if (!octree) return octree.error();
-  auto status = dds::Writer<dds::MapStatusTopic>::create(participant);
+  auto status = make(dds::MapStatusTopic{});
   if (!status) return status.error();
   MapPublisher p(std::move(*tiles), std::move(*heights), std::move(*octree), std::move(*status));
   p.crane_ = participant->settings().crane;
@@ -205,6 +208,7 @@ void MapPublisher::publish_status(const MapBuilder& builder, const Health& healt
   s.validity(health.validity);
   s.paper_method(paper_method_ ? 1 : 0);
   s.hoist(static_cast<std::uint32_t>(builder.hoist()));
+  s.term(static_cast<std::uint32_t>(identity_.term));
   s.forget_s(health.forget_s);
   s.stream(account.stream);
   s.last_frame(account.last_frame < 0 ? 0 : static_cast<std::uint64_t>(account.last_frame));

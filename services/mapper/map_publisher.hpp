@@ -20,6 +20,7 @@ class MapPublisher {
   struct Identity {
     std::uint64_t mapper = 0, map_id = 0;
     TimeNs mapper_start = 0;
+    int term = 0;  ///< ownership strength: readers hear the highest
   };
 
   static Result<MapPublisher> create(const std::shared_ptr<dds::Participant>& participant,

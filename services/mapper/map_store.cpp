@@ -101,6 +101,20 @@ Result<MapStore::State> MapStore::load(MapBuilder& builder) {
   return state;
 }
 
+Result<void> MapStore::clear() {
+  if (folder_.empty() || !fs::exists(folder_)) return {};
+  std::error_code failed;
+  fs::remove(folder_ + "/account.yaml", failed);  // first: without it the tiles are nothing
+  std::vector<fs::path> tiles;
+  for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
+       entry.increment(failed))
+    if (entry->path().extension() == ".tile") tiles.push_back(entry->path());
+  for (const fs::path& tile : tiles)
+    if (!failed) fs::remove(tile, failed);
+  if (failed) return disk_error(folder_);
+  return {};
+}
+
 void MapStore::note_changes(MapBuilder& builder) {
   for (const Tile* tile : builder.map().changed_tiles()) unsaved_.insert(tile->key);
 }

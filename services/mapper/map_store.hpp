@@ -30,6 +30,8 @@ class MapStore {
   /// Reads what is there into the builder. Nothing there: not found.
   /// Error: BadData when it is damaged or was made with another voxel size.
   Result<State> load(MapBuilder& builder);
+  /// Removes what is there: a map begins that does not go on with it. Error: Resource.
+  Result<void> clear();
   /// Remembers which tiles have changed flags now, for the next save().
   void note_changes(MapBuilder& builder);
   [[nodiscard]] bool unsaved() const { return !unsaved_.empty(); }

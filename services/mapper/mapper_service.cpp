@@ -1,6 +1,8 @@
 #include "mapper/mapper_service.hpp"
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <optional>
 #include <random>
 
 #include "base/log.hpp"
@@ -9,10 +11,12 @@
 #include "mapper/map_builder.hpp"
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
+#include "mapper/standby.hpp"
 #include "mapper/zone_book.hpp"
 #include "recording/calibration.hpp"
 #include "service/every.hpp"
 #include "service/run_service.hpp"
+#include "service/stream_gate.hpp"
 
 namespace crane {
 namespace {
@@ -21,6 +25,7 @@ using namespace std::chrono_literals;
 
 struct Options {
   std::string calibration, save, state;
+  bool standby = false;
 };
 
 std::uint64_t random_id() {
@@ -36,57 +41,60 @@ class Service {
         builder_(context.config.mapper, rig, context.config.hoist) {}
 
   Result<void> run() {
-    auto clouds = dds::Reader<dds::PartialCloudTopic>::create(context_.participant, &wakeup_);
-    if (!clouds) return clouds.error();
     auto positions =
         dds::Reader<dds::RangefinderPositionTopic>::create(context_.participant, &wakeup_);
     if (!positions) return positions.error();
     auto others = dds::Reader<dds::MapStatusTopic>::create(context_.participant, &wakeup_);
     if (!others) return others.error();
-
     auto hoist = dds::Reader<dds::HoistStateTopic>::create(context_.participant, &wakeup_);
     if (!hoist) return hoist.error();
     auto requests = dds::Reader<dds::TileRequestTopic>::create(context_.participant, &wakeup_);
     if (!requests) return requests.error();
     auto commands = dds::Reader<dds::ZoneCommandTopic>::create(context_.participant, &wakeup_);
     if (!commands) return commands.error();
-    auto zone_sets = dds::Writer<dds::ZoneSetTopic>::create(context_.participant);
-    if (!zone_sets) return zone_sets.error();
     auto zones = ZoneBook::open(context_.config.zones, options_.state);
     if (!zones) return zones.error();
 
+    identity_.mapper = random_id();
+    identity_.mapper_start = SystemClock().now();
+    auto serving = another_serves(*others);
+    if (!serving) return serving.error();
     MapStore store(options_.state);
-    MapStore::State state;
-    if (!options_.state.empty()) {
-      auto loaded = store.load(builder_);
+    std::uint64_t revision = 0;
+    if (*serving) {
+      auto taken = stand_by(*positions, *hoist, *commands, *requests, *zones, store);
+      if (!taken) return taken.error();
+      if (!*taken) return {};  // stopped before it was needed
+      revision = **taken;
+    } else {
+      auto loaded = begin(store);
       if (!loaded) return loaded.error();
-      state = *loaded;
-      if (state.found)
-        log_info("goes on with saved map: revision " + std::to_string(state.revision) + ", frame " +
-                 std::to_string(state.account.last_frame));
+      revision = *loaded;
     }
-    // What subscribers hold of an earlier life is void: a new map, even where its content goes on.
-    identity_ = {random_id(), random_id(), SystemClock().now()};
-
-    // A heartbeat of another mapper comes within 0.2 s once both know each other.
-    for (const Stopwatch watch; watch.ms() < 700 && !context_.stopping();) {
-      wakeup_.wait_for(50ms);
-      if (auto alone = check_alone(*others); !alone) return alone;
-    }
+    auto clouds = dds::Reader<dds::PartialCloudTopic>::create(context_.participant, &wakeup_);
+    if (!clouds) return clouds.error();
+    auto zone_sets = dds::Writer<dds::ZoneSetTopic>::create(
+        context_.participant, dds::ZoneSetTopic::kName, identity_.term);
+    if (!zone_sets) return zone_sets.error();
     auto publisher =
         MapPublisher::create(context_.participant, identity_,
                              context_.config.mapper.method == MapperConfig::Method::kPaper);
     if (!publisher) return publisher.error();
-    publisher->restore_revision(state.revision);
+    publisher->restore_revision(revision);
     if (auto sent = zone_sets->write(zones->set(crane(), identity_.map_id)); !sent) return sent;
+    zones_revision_ = zones->revision();
+    if (*serving) {  // all of it goes out before the first heartbeat says that it is there
+      if (auto sent = publisher->publish_tiles(builder_, true); !sent) return sent;
+      beat(*publisher);
+    }
     log_info("serving crane " + std::to_string(crane()) + ", voxel " +
-             std::to_string(builder_.voxel_m()) + " m");
+             std::to_string(builder_.voxel_m()) + " m, term " + std::to_string(identity_.term));
 
     const MapperConfig& config = context_.config.mapper;
     Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
     while (!context_.stopping()) {
       wakeup_.wait_for(20ms);
-      if (auto alone = check_alone(*others); !alone) return alone;
+      if (auto alone = check_right(*others); !alone) return alone;
       take_positions(*positions);
       take_hoist(*hoist);
       if (auto done = take_commands(*commands, *zones, *zone_sets); !done) return done;
@@ -126,24 +134,124 @@ class Service {
  private:
   [[nodiscard]] std::uint32_t crane() const { return context_.participant->settings().crane; }
 
-  Result<void> check_alone(dds::Reader<dds::MapStatusTopic>& others) {
-    while (const auto other = others.take()) {
-      const v1::MapStatus& s = **other;
-      if (s.mapper() == identity_.mapper || s.crane() != crane()) continue;
-      const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
-      if (alive && s.mapper_start_ns() < identity_.mapper_start)
+  /// Listens for a mapper that serves the crane: its heartbeat comes within 0.2 s once both know
+  /// each other. Error: Resource when there is one, and we are no standby.
+  Result<bool> another_serves(dds::Reader<dds::MapStatusTopic>& others) {
+    for (const Stopwatch watch; watch.ms() < 700 && !context_.stopping();) {
+      wakeup_.wait_for(50ms);
+      while (const auto other = others.take()) {
+        const v1::MapStatus& s = **other;
+        const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
+        if (s.crane() != crane() || !alive) continue;
+        if (options_.standby) return true;
         return Error{
             ErrorCode::kResource, "map_status",
             "another mapper already serves crane " + std::to_string(s.crane()) + " in this domain",
-            "stop it, or give this one another crane number or dds.domain"};
+            "stop it, give this one another crane number or dds.domain, or start it with "
+            "--standby"};
+      }
+    }
+    return false;
+  }
+
+  /// Only the mapper of the highest term is heard. Error: Resource when that is another one.
+  Result<void> check_right(dds::Reader<dds::MapStatusTopic>& others) {
+    while (const auto other = others.take()) {
+      const v1::MapStatus& s = **other;
+      if (s.mapper() == identity_.mapper || s.crane() != crane()) continue;
+      const auto term = static_cast<int>(s.term());
+      if (term > identity_.term || (term == identity_.term && s.mapper() > identity_.mapper))
+        return Error{ErrorCode::kResource, "map_status",
+                     "another mapper has taken over crane " + std::to_string(s.crane()) +
+                         " (term " + std::to_string(term) + ", ours " +
+                         std::to_string(identity_.term) + ")",
+                     "started again with --standby, this one waits behind it"};
     }
     return {};
+  }
+
+  /// Terms follow the clock, so that a mapper that starts alone is stronger than what subscribers
+  /// may still believe to serve: seconds since 2020, or one more than any that was heard.
+  static int next_term(int heard) {
+    constexpr TimeNs k2020 = 1'577'836'800 * kNsPerSecond;
+    return std::max(heard + 1, static_cast<int>((SystemClock().now() - k2020) / kNsPerSecond));
+  }
+
+  /// A new map, or the one on disk: what subscribers hold of an earlier life is void, even where
+  /// its content goes on. Returns the revision.
+  Result<std::uint64_t> begin(MapStore& store) {
+    identity_.map_id = random_id();
+    identity_.term = next_term(0);
+    if (options_.state.empty()) return std::uint64_t{0};
+    auto state = store.load(builder_);
+    if (!state) return state.error();
+    if (state->found)
+      log_info("goes on with saved map: revision " + std::to_string(state->revision) + ", frame " +
+               std::to_string(state->account.last_frame));
+    return state->revision;
+  }
+
+  /// Follows the mapper that serves until it is silent. Returns the revision to go on from; nothing
+  /// when the service is to stop.
+  Result<std::optional<std::uint64_t>> stand_by(
+      dds::Reader<dds::RangefinderPositionTopic>& positions,
+      dds::Reader<dds::HoistStateTopic>& hoist, dds::Reader<dds::ZoneCommandTopic>& commands,
+      dds::Reader<dds::TileRequestTopic>& requests, ZoneBook& zones, MapStore& store) {
+    auto made = Standby::create(context_.participant, &wakeup_);
+    if (!made) return made.error();
+    Standby& standby = *made;
+    log_info("standing by: another mapper serves crane " + std::to_string(crane()));
+    StatusReporter& status = context_.status;
+    status.serve_as(v1::SERVICE_STANDBY);
+    bool cut_off = false;
+    while (!context_.stopping()) {
+      wakeup_.wait_for(20ms);
+      if (auto done = standby.step(builder_); !done) return done.error();
+      take_positions(positions);
+      take_hoist(hoist);
+      while (commands.take()) {  // the mapper that serves does what they say
+      }
+      while (requests.take()) {
+      }
+      if (context_.reload()) log_warning("SIGHUP: a standby reads nothing again");
+      const bool silent = standby.silent();
+      // With the rangefinders silent too it is us who are cut off: nobody would be served.
+      const bool witness = std::chrono::steady_clock::now() - position_heard_ < 1s;
+      if (silent && !witness && !cut_off)
+        log_error("neither the mapper nor a rangefinder is heard: waits until one is");
+      cut_off = silent && !witness;
+      status.status = cut_off || !standby.current() ? v1::STATUS_DEGRADED : v1::STATUS_OK;
+      status.message = cut_off              ? "hears neither the mapper nor a rangefinder"
+                       : standby.current() ? "holds the map that is served"
+                                            : "does not hold all of the map";
+      status.values = {{"map_tiles", double(builder_.map().tile_count())}};
+      status.tick();
+      if (!silent || !witness) continue;
+      // The same map to subscribers, if it is: they hold it already.
+      const v1::MapStatus& last = *standby.said();
+      identity_.map_id = standby.current() ? last.map_id() : random_id();
+      identity_.term = next_term(static_cast<int>(last.term()));
+      if (standby.zones()) zones.follow(*standby.zones());
+      status.serve_as(v1::SERVICE_MAPPER);
+      log_warning("the mapper is silent: takes over crane " + std::to_string(crane()) + " with " +
+                  std::to_string(builder_.map().tile_count()) + " tiles" +
+                  (standby.current() ? "" : ", not all that there were"));
+      if (auto cleared = store.clear(); !cleared) note_unsaved(cleared.error());
+      // Tiles of a later revision than the last heartbeat may have gone out.
+      return std::optional(last.revision() + 100);
+    }
+    return std::optional<std::uint64_t>();
   }
 
   void take_positions(dds::Reader<dds::RangefinderPositionTopic>& positions) {
     while (const auto sample = positions.take()) {
       const v1::RangefinderPosition& p = **sample;
       const Axis axis = p.axis() == v1::AXIS_CART ? Axis::kCart : Axis::kTrolley;
+      position_heard_ = std::chrono::steady_clock::now();
+      if (!position_gates_[axis == Axis::kCart ? 0 : 1].pass(p.stream())) {
+        builder_.dropped.add("position of a second rangefinder on one axis");
+        continue;
+      }
       if (p.device_status() == v1::STATUS_OK)
         builder_.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
       else
@@ -213,6 +321,10 @@ class Service {
       ++context_.status.received;
       context_.status.stream = (*sample)->stream();
       add_delivery_times(builder_.stages, "stereo to mapper", *sample, clouds.counts());
+      if (!cloud_gate_.pass((*sample)->stream())) {
+        builder_.dropped.add("cloud of a second camera");
+        continue;
+      }
       CloudSample cloud = copy(**sample);
       if (sample->intact())
         builder_.add_cloud(std::move(cloud), SystemClock().now());
@@ -352,6 +464,9 @@ class Service {
   MapBuilder builder_;
   MapPublisher::Identity identity_;
   Wakeup wakeup_;
+  StreamGate cloud_gate_;
+  std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
+  std::chrono::steady_clock::time_point position_heard_{};
   dds::ReaderCounts cloud_counts_, position_counts_, hoist_counts_, request_counts_,
       command_counts_;
   std::uint64_t zones_revision_ = 0;
@@ -380,10 +495,15 @@ int run_mapper(int argc, char** argv) {
         app.add_option("--save", options.save, "Folder for map.bt, map.ot and map.pcd at the end");
         app.add_option("--state", options.state,
                        "Folder that keeps the map over a restart, kill -9 included");
+        app.add_flag("--standby", options.standby,
+                     "Where another mapper serves the crane: hold its map, and take over when it "
+                     "falls silent.\nFor both of a pair, on two hosts, restarted when they end");
       },
       [&](ServiceContext& context) -> Result<void> {
         auto rig = read_rig(options.calibration);
         if (!rig) return rig.error();
+        if (options.standby && context.config.mapper.method == MapperConfig::Method::kPaper)
+          return Error{ErrorCode::kConfiguration, "--standby", "does not go with method: paper", ""};
         if (auto fits = MapBuilder::check(context.config.mapper, *rig); !fits) return fits;
         return Service(context, options, *rig).run();
       });

@@ -110,6 +110,19 @@ Result<void> ZoneBook::reload(const std::vector<ZoneConfig>& fixed) {
   return save();
 }
 
+void ZoneBook::follow(const v1::ZoneSet& set) {
+  std::erase_if(zones_, [this](const auto& z) { return !configured_.contains(z.first); });
+  for (const v1::Zone& zone : set.zones()) {
+    const auto own = zones_.find(zone.id());
+    if (own == zones_.end())
+      zones_[zone.id()] = zone;
+    else if (own->second.switchable() == 1 && zone.switchable() == 1)
+      own->second.active(zone.active());
+  }
+  revision_ = set.revision() + 1;
+  changed_ = SystemClock().now();
+}
+
 v1::ZoneSet ZoneBook::set(std::uint32_t crane, std::uint64_t map_id) const {
   v1::ZoneSet s;
   s.crane(crane);

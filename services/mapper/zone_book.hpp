@@ -22,6 +22,9 @@ class ZoneBook {
   /// Takes the zones of the configuration that was read again. What is switchable keeps how it was
   /// switched; what came by topic and has the number of a zone that is now configured ends.
   Result<void> reload(const std::vector<ZoneConfig>& fixed);
+  /// Takes what the mapper that serves has: how zones are switched, and those set by topic. The
+  /// configuration's own stay as they are here.
+  void follow(const v1::ZoneSet& set);
   /// Does what a valid command says. Error: Configuration, what is against it; Resource, the file.
   /// A command that was done before is done: nothing happens.
   Result<void> apply(const v1::ZoneCommand& command);

@@ -8,6 +8,7 @@
 #include "bounds.h"
 #include "recording/calibration.hpp"
 #include "service/run_service.hpp"
+#include "service/stream_gate.hpp"
 #include "stereo/stereo_stage.hpp"
 
 namespace crane {
@@ -75,6 +76,9 @@ class Service {
 
   void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received) {
     ++status().received;
+    if (!gate_.pass((*received)->stream()))
+      return refuse("frame of a second camera",
+                    "frames of two cameras arrive: stop one, or give it another crane number");
     track(**received);
     const Stopwatch watch;
     const Header header = header_of(*received);
@@ -208,6 +212,7 @@ class Service {
   ServiceContext& context_;
   StereoStage stage_;
   dds::Writer<dds::PartialCloudTopic> clouds_;
+  StreamGate gate_;
   std::uint64_t last_ = 0, missing_ = 0;
   bool badly_rectified_ = false;
 };

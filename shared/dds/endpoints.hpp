@@ -81,9 +81,9 @@ class Writer {
   using Type = typename Topic::Type;
   struct Impl;
 
-  /// `name`: of the topic, where it depends on the crane.
+  /// `name`: of the topic, where it depends on the crane. `strength`: of exclusive topics.
   static Result<Writer> create(const std::shared_ptr<Participant>& participant,
-                               const std::string& name = Topic::kName);
+                               const std::string& name = Topic::kName, int strength = 0);
   ~Writer();
   Writer(Writer&&) noexcept;
 

@@ -34,6 +34,7 @@ struct QosSpec {
   bool zero_copy = false;  ///< data-sharing with loans between processes of one host
   bool big = false;        ///< payload memory is taken when needed, not in advance
   bool unbounded = false;  ///< of a type without bounds, unkeyed: ROS 2's
+  bool exclusive = false;  ///< of several writers only the strongest is heard: what a mapper says
   bool disposes = false;   ///< instances end: readers are handed their keys
 };
 
@@ -64,23 +65,25 @@ struct MapTileTopic {
   using Type = v1::MapTile;
   static constexpr const char* kName = "crane/v1/map_tile";
   static constexpr QosSpec kQos{
-      .transient_local = true, .max_instances = 200'000, .big = true, .disposes = true};
+      .transient_local = true, .max_instances = 200'000, .big = true, .exclusive = true, .disposes = true};
 };
 struct HeightTileTopic {
   using Type = v1::HeightTile;
   static constexpr const char* kName = "crane/v1/height_tile";
-  static constexpr QosSpec kQos{.transient_local = true, .max_instances = 100'000, .big = true};
+  static constexpr QosSpec kQos{
+      .transient_local = true, .max_instances = 100'000, .big = true, .exclusive = true};
 };
 struct OctreeMapTopic {
   using Type = v1::OctreeMap;
   static constexpr const char* kName = "crane/v1/octree_map";
-  static constexpr QosSpec kQos{.transient_local = true, .max_instances = 16, .big = true};
+  static constexpr QosSpec kQos{
+      .transient_local = true, .max_instances = 16, .big = true, .exclusive = true};
 };
 struct MapStatusTopic {
   using Type = v1::MapStatus;
   static constexpr const char* kName = "crane/v1/map_status";
   static constexpr QosSpec kQos{
-      .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000};
+      .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000, .exclusive = true};
 };
 struct TileRequestTopic {
   using Type = v1::TileRequest;
@@ -90,7 +93,8 @@ struct TileRequestTopic {
 struct ZoneSetTopic {
   using Type = v1::ZoneSet;
   static constexpr const char* kName = "crane/v1/zone_set";
-  static constexpr QosSpec kQos{.transient_local = true, .max_instances = 16, .big = true};
+  static constexpr QosSpec kQos{
+      .transient_local = true, .max_instances = 16, .big = true, .exclusive = true};
 };
 struct ZoneCommandTopic {
   using Type = v1::ZoneCommand;

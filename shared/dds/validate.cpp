@@ -115,6 +115,7 @@ const char* flaw(const v1::MapStatus& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
+  if (s.term() > 0x7FFFFFFFU) return "term out of range";
   if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";
   if (!(s.forget_s() >= 0 && s.forget_s() <= 1e9)) return "forget_s out of range";
   if (s.reason().size() > 255) return "reason is too long";

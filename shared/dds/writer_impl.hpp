@@ -49,6 +49,7 @@ void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
   qos.endpoint().history_memory_policy = spec.unbounded || (spec.big && kWriter)
                                              ? rtps::DYNAMIC_REUSABLE_MEMORY_MODE
                                              : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  if (spec.exclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
   if (spec.deadline_ms > 0) qos.deadline().period = seconds(spec.deadline_ms);
   if (spec.lifespan_ms > 0) qos.lifespan().duration = seconds(spec.lifespan_ms);
   if (spec.liveliness_ms > 0) qos.liveliness().lease_duration = seconds(spec.liveliness_ms);
@@ -105,7 +106,7 @@ Writer<Topic>::Writer(Writer&&) noexcept = default;
 
 template <class Topic>
 Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& participant,
-                                            const std::string& name) {
+                                            const std::string& name, int strength) {
   auto topic = topic_of<Topic>(participant->impl(), name);
   if (!topic) return topic.error();
   auto impl = std::make_unique<Impl>();
@@ -113,6 +114,7 @@ Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& 
   fdds::DataWriterQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
   qos.reliability().max_blocking_time = Duration_t(1.0);
+  qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
   if (Topic::kQos.transient_local) {
     // A late joiner asks for 256 samples at a time and hears of the next ones with a heartbeat.
     qos.reliable_writer_qos().times.heartbeatPeriod = seconds(50);

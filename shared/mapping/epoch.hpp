@@ -38,6 +38,8 @@ class AgeClock {
     if (exposure_seen_at_ != 0) time_ = std::max(time_, counted_from_ + (now - exposure_seen_at_));
   }
   [[nodiscard]] TimeNs time() const { return time_; }
+  /// Of an exposure of the recording that is playing.
+  [[nodiscard]] TimeNs of_exposure(TimeNs exposure) const { return exposure + offset_; }
   /// Of a map that was kept: its age when it was saved, at the exposure that was then the last.
   void restore(TimeNs time, TimeNs last_exposure) {
     time_ = time;

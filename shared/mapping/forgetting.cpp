@@ -57,8 +57,7 @@ std::uint64_t forget_old(Tile& tile, OccupancyMap& map) {
 
 void Forgetting::advance(TimeNs time, OccupancyMap& map) {
   if (!(after_s_ > 0)) return;
-  const double epoch_s = after_s_ / double(kEpochsToForget);
-  map.set_epoch(epoch_of(static_cast<std::uint64_t>(double(time) * 1e-9 / epoch_s)));
+  map.set_epoch(epoch_at(time));
   const double passed_s = last_ == 0 ? 0 : double(time - last_) * 1e-9;
   last_ = time;
   const std::size_t tiles = map.tile_count();

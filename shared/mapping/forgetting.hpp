@@ -17,6 +17,12 @@ class Forgetting {
   /// Sets the map's epoch to that of `time` and forgets what is too old. To be called with every
   /// frame, and at least every second without. Cost O(tiles * time since the last call / after_s).
   void advance(TimeNs time, OccupancyMap& map);
+  /// The epoch of a time of the map.
+  [[nodiscard]] Epoch epoch_at(TimeNs time) const {
+    if (!(after_s_ > 0)) return 1;
+    const double epochs = double(time) * 1e-9 / after_s_ * double(kEpochsToForget);
+    return epoch_of(static_cast<std::uint64_t>(std::max(0.0, epochs)));
+  }
   [[nodiscard]] std::uint64_t forgotten_voxels() const { return forgotten_; }
 
  private:

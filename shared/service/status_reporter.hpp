@@ -46,6 +46,9 @@ class StatusReporter {
   std::string message;
   std::map<std::string, double> values;  ///< gauges for /metrics
 
+  /// Speaks from now on for another of v1::SERVICE_*.
+  void serve_as(std::uint32_t service) { service_ = service; }
+
   /// Publishes when a second has passed, or at once when `now` is set.
   void tick(bool now = false);
   /// Publishes and waits up to `limit` until readers have it.

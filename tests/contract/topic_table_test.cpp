@@ -48,6 +48,7 @@ std::string words(const QosSpec& q) {
   if (q.deadline_ms > 0) s += ", deadline " + std::to_string(q.deadline_ms) + " ms";
   if (q.lifespan_ms > 0) s += ", lifespan " + std::to_string(q.lifespan_ms) + " ms";
   if (q.liveliness_ms > 0) s += ", liveliness " + std::to_string(q.liveliness_ms) + " ms";
+  if (q.exclusive) s += ", exclusive ownership";
   if (q.zero_copy) s += ", zero-copy";
   return s;
 }

@@ -82,7 +82,7 @@ NESTED(Zone, ZONE)
 NESTED(ClearancePose, CLEARANCE_POSE)
 NESTED(DropCount, DROP_COUNT)
 NESTED(StageTime, STAGE_TIME)
-#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness) NESTED(T, FIELDS)
+#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) NESTED(T, FIELDS)
 ALL_TOPICS(TOPIC_FUNCTIONS)
 
 typedef struct {
@@ -92,16 +92,16 @@ typedef struct {
   size_t size;
   void (*fill)(void*, size_t);
   void (*check)(const void*, size_t);
-  int transient_local, depth, deadline_ms, liveliness_ms;
+  int transient_local, depth, deadline_ms, liveliness_ms, exclusive;
 } Topic;
-#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness)                        \
+#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive)                        \
   {#topic,                                                                            \
    "crane/v1/" #topic,                                                                \
    &crane_v1_##T##_desc,                                                              \
    sizeof(crane_v1_##T),                                                              \
    (void (*)(void*, size_t))fill_##T,                                                 \
    (void (*)(const void*, size_t))check_##T,                                          \
-   tl, depth, deadline, liveliness},
+   tl, depth, deadline, liveliness, exclusive},
 static const Topic kTopics[] = {ALL_TOPICS(ROW)};
 
 static const Topic* topic_named(const char* name) {
@@ -125,6 +125,7 @@ static dds_qos_t* qos_of(const Topic* t) {
   dds_qset_reliability(q, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(q, t->transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(q, DDS_HISTORY_KEEP_LAST, t->depth);
+  if (t->exclusive) dds_qset_ownership(q, DDS_OWNERSHIP_EXCLUSIVE);
   if (t->deadline_ms > 0) dds_qset_deadline(q, DDS_MSECS(t->deadline_ms));
   if (t->liveliness_ms > 0) dds_qset_liveliness(q, DDS_LIVELINESS_AUTOMATIC, DDS_MSECS(t->liveliness_ms));
   return q;

@@ -70,7 +70,7 @@ NESTED(Zone, ZONE)
 NESTED(ClearancePose, CLEARANCE_POSE)
 NESTED(DropCount, DROP_COUNT)
 NESTED(StageTime, STAGE_TIME)
-#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness) NESTED(T, FIELDS)
+#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) NESTED(T, FIELDS)
 ALL_TOPICS(TOPIC_FUNCTIONS)
 #pragma GCC diagnostic pop
 
@@ -79,11 +79,12 @@ class Cyclone : public ::testing::Test {};
 
 template <class T>
 struct Row;
-#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness)           \
+#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive)           \
   template <>                                                            \
   struct Row<v1::T> {                                                    \
     static constexpr const char* kName = #topic;                         \
     static constexpr int kTransientLocal = tl, kDepth = depth;           \
+    static constexpr int kExclusive = exclusive;                         \
     static constexpr int kDeadline = deadline, kLiveliness = liveliness; \
   };
 ALL_TOPICS(ROW)
@@ -137,6 +138,7 @@ TYPED_TEST(Cyclone, WritesEveryFieldThatWeRead) {
 TYPED_TEST(Cyclone, IsGivenTheQosOfTheTable) {
   using R = Row<typename TypeParam::Type>;
   EXPECT_EQ(TypeParam::kQos.transient_local, R::kTransientLocal == 1);
+  EXPECT_EQ(TypeParam::kQos.exclusive, R::kExclusive == 1);
   EXPECT_EQ(TypeParam::kQos.depth, R::kDepth);
   EXPECT_EQ(TypeParam::kQos.deadline_ms, R::kDeadline);
   EXPECT_EQ(TypeParam::kQos.liveliness_ms, R::kLiveliness);

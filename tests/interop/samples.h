@@ -47,7 +47,7 @@
   F(mapper_start_ns, 1690000000000000000LL) F(map_id, 0xABCDEF0123456789ULL) F(revision, 15)       \
   F(zones_revision, 16) F(voxel_digest, 0x8877665544332211ULL) F(height_digest, 0x1020304050607080ULL) \
   F(voxel_tiles, 1234) F(height_tiles, 1111) F(voxel_m, 0.05) F(validity, 1) F(paper_method, 1)    \
-  F(hoist, 2) F(reserved, 0) F(forget_s, 3600) F(stream, 5000000002ULL) F(last_frame, 17)          \
+  F(hoist, 2) F(term, 123456789) F(forget_s, 3600) F(stream, 5000000002ULL) F(last_frame, 17)          \
   F(last_frame_time_ns, 1700000000823000000LL) F(frames_integrated, 18) F(frames_rejected, 19)     \
   F(frames_missing, 20) S(reason, "no cloud for more than 2000 ms")
 
@@ -96,22 +96,22 @@
   Q(stages, StageTime, 6, STAGE_TIME) S(version, "0.1.0") S(build_type, "Release")                 \
   S(message, "all well")
 
-/* T(Type, topic, FIELDS, transient-local, depth, deadline ms, liveliness ms) */
+/* T(Type, topic, FIELDS, transient-local, depth, deadline ms, liveliness ms, exclusive) */
 #define ALL_TOPICS(T)                                                          \
-  T(StereoFrame, stereo_frame, STEREO_FRAME, 0, 8, 0, 0)                       \
-  T(RangefinderPosition, rangefinder_position, RANGEFINDER_POSITION, 0, 256, 200, 0) \
-  T(HoistState, hoist_state, HOIST_STATE, 0, 64, 300, 0)                       \
-  T(PartialCloud, partial_cloud, PARTIAL_CLOUD, 0, 4, 0, 0)                    \
-  T(MapTile, map_tile, MAP_TILE, 1, 1, 0, 0)                                   \
-  T(HeightTile, height_tile, HEIGHT_TILE, 1, 1, 0, 0)                          \
-  T(OctreeMap, octree_map, OCTREE_MAP, 1, 1, 0, 0)                             \
-  T(MapStatus, map_status, MAP_STATUS, 1, 1, 1000, 2000)                       \
-  T(TileRequest, tile_request, TILE_REQUEST, 0, 64, 0, 0)                      \
-  T(ZoneSet, zone_set, ZONE_SET, 1, 1, 0, 0)                                   \
-  T(ZoneCommand, zone_command, ZONE_COMMAND, 0, 64, 0, 0)                      \
-  T(ClearanceRequest, clearance_request, CLEARANCE_REQUEST, 0, 64, 0, 0)       \
-  T(ClearanceReply, clearance_reply, CLEARANCE_REPLY, 0, 64, 0, 0)             \
-  T(ServiceStatus, service_status, SERVICE_STATUS, 1, 1, 0, 0)
+  T(StereoFrame, stereo_frame, STEREO_FRAME, 0, 8, 0, 0, 0)                       \
+  T(RangefinderPosition, rangefinder_position, RANGEFINDER_POSITION, 0, 256, 200, 0, 0) \
+  T(HoistState, hoist_state, HOIST_STATE, 0, 64, 300, 0, 0)                       \
+  T(PartialCloud, partial_cloud, PARTIAL_CLOUD, 0, 4, 0, 0, 0)                    \
+  T(MapTile, map_tile, MAP_TILE, 1, 1, 0, 0, 1)                                   \
+  T(HeightTile, height_tile, HEIGHT_TILE, 1, 1, 0, 0, 1)                          \
+  T(OctreeMap, octree_map, OCTREE_MAP, 1, 1, 0, 0, 1)                             \
+  T(MapStatus, map_status, MAP_STATUS, 1, 1, 1000, 2000, 1)                       \
+  T(TileRequest, tile_request, TILE_REQUEST, 0, 64, 0, 0, 0)                      \
+  T(ZoneSet, zone_set, ZONE_SET, 1, 1, 0, 0, 1)                                   \
+  T(ZoneCommand, zone_command, ZONE_COMMAND, 0, 64, 0, 0, 0)                      \
+  T(ClearanceRequest, clearance_request, CLEARANCE_REQUEST, 0, 64, 0, 0, 0)       \
+  T(ClearanceReply, clearance_reply, CLEARANCE_REPLY, 0, 64, 0, 0, 0)             \
+  T(ServiceStatus, service_status, SERVICE_STATUS, 1, 1, 0, 0, 0)
 
 #define BYTE_AT(i) ((unsigned char)((i) * 31 + 7))
 

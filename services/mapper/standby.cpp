@@ -1,0 +1,65 @@
+#include "mapper/standby.hpp"
+
+namespace crane {
+namespace {
+
+FrameAccount account_of(const v1::MapStatus& s) {
+  FrameAccount a;
+  a.stream = s.stream();
+  a.last_frame = s.last_frame_time_ns() > 0 ? static_cast<std::int64_t>(s.last_frame()) : -1;
+  a.last_frame_time = s.last_frame_time_ns();
+  a.integrated = s.frames_integrated();
+  a.rejected = s.frames_rejected();
+  a.missing = s.frames_missing();
+  return a;
+}
+
+}  // namespace
+
+Result<Standby> Standby::create(const std::shared_ptr<dds::Participant>& participant,
+                                Wakeup* wakeup) {
+  auto follower = client::MapFollower::create(participant, wakeup);
+  if (!follower) return follower.error();
+  auto zones = dds::Reader<dds::ZoneSetTopic>::create(participant, wakeup);
+  if (!zones) return zones.error();
+  return Standby(std::move(*follower), std::move(*zones));
+}
+
+Result<void> Standby::step(MapBuilder& builder) {
+  std::vector<TileKey> changed = follower_->step();
+  while (const auto set = zone_reader_.take()) zones_ = **set;
+  const auto& said = follower_->said();
+  if (!said) return {};
+  if (said->voxel_m() != builder.voxel_m())
+    return Error{ErrorCode::kConfiguration, "mapper.voxel_m",
+                 std::to_string(builder.voxel_m()) + " differs from " +
+                     std::to_string(said->voxel_m()) + " of the mapper that serves",
+                 "give both the same configuration"};
+  const client::HeldMap& held = follower_->held();
+  builder.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), SystemClock().now());
+  if (held.map_id() != map_id_) {
+    builder.clear();
+    map_id_ = held.map_id();
+    complete_at_ = {};
+    changed.clear();
+    for (const auto& [key, tile] : held.tiles()) changed.push_back(key);
+  }
+  for (const TileKey key : changed) {
+    static const client::HeldMap::HeldTile kNothing;
+    const auto it = held.tiles().find(key);
+    const auto& tile = it == held.tiles().end() ? kNothing : it->second;
+    builder.adopt(key, tile.blocks, tile.heights.columns);
+  }
+  if (follower_->complete()) complete_at_ = std::chrono::steady_clock::now();
+  return {};
+}
+
+bool Standby::current() const {
+  return std::chrono::steady_clock::now() - complete_at_ < std::chrono::seconds(5);
+}
+
+bool Standby::silent() const {
+  return follower_->said() && follower_->silence() > kSilence;
+}
+
+}  // namespace crane

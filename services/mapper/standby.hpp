@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "client/map_follower.hpp"
+#include "mapper/map_builder.hpp"
+
+namespace crane {
+
+/// Follows the map of the mapper that serves, so that ours is the same when that falls silent.
+class Standby {
+ public:
+  /// A heartbeat comes at least every 0.2 s. Subscribers wait for a second.
+  static constexpr std::chrono::milliseconds kSilence{600};
+
+  static Result<Standby> create(const std::shared_ptr<dds::Participant>& participant,
+                                Wakeup* wakeup);
+
+  /// Takes what arrived into the builder. Error: Configuration when the maps cannot be the same.
+  Result<void> step(MapBuilder& builder);
+  /// Whether a mapper was heard, and then not for kSilence.
+  [[nodiscard]] bool silent() const;
+  /// The last heartbeat, once one came.
+  [[nodiscard]] const std::optional<v1::MapStatus>& said() const { return follower_->said(); }
+  /// Whether ours is that map, tile for tile, but for what came since: it was within 5 s.
+  [[nodiscard]] bool current() const;
+  [[nodiscard]] const std::optional<v1::ZoneSet>& zones() const { return zones_; }
+
+ private:
+  Standby(std::unique_ptr<client::MapFollower> follower, dds::Reader<dds::ZoneSetTopic> zone_reader)
+      : follower_(std::move(follower)), zone_reader_(std::move(zone_reader)) {}
+
+  std::unique_ptr<client::MapFollower> follower_;
+  dds::Reader<dds::ZoneSetTopic> zone_reader_;
+  std::optional<v1::ZoneSet> zones_;
+  std::uint64_t map_id_ = 0;  ///< of what the builder has
+  std::chrono::steady_clock::time_point complete_at_{};
+};
+
+}  // namespace crane
