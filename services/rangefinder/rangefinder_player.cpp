@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/log.hpp"
 #include "bounds.h"
@@ -25,7 +26,7 @@ class Player {
  public:
   Player(ServiceContext& context, const PlayOptions& options, Recording recording, PlayRate rate,
          dds::Writer<dds::RangefinderPositionTopic> writer,
-         dds::Writer<dds::HoistStateTopic> hoist_writer)
+         std::optional<dds::Writer<dds::HoistStateTopic>> hoist_writer)
       : context_(context),
         options_(options),
         recording_(std::move(recording)),
@@ -159,7 +160,7 @@ class Player {
     sample.sway_y_m(r.sway_m.y());
     sample.status(v1::STATUS_OK);
     ++status().received;
-    count(hoist_writer_.write(sample));
+    count(hoist_writer_->write(sample));
   }
 
   void count(const Result<void>& sent) {
@@ -176,7 +177,7 @@ class Player {
   Recording recording_;
   PlayRate rate_;
   dds::Writer<dds::RangefinderPositionTopic> writer_;
-  dds::Writer<dds::HoistStateTopic> hoist_writer_;
+  std::optional<dds::Writer<dds::HoistStateTopic>> hoist_writer_;  ///< where it was recorded
   std::vector<Reading> readings_;
   std::uint64_t sequence_[2] = {0, 0}, hoist_sequence_ = 0;
 };
@@ -200,10 +201,14 @@ int run_rangefinder(int argc, char** argv) {
         if (!rate) return rate.error();
         auto writer = dds::Writer<dds::RangefinderPositionTopic>::create(context.participant);
         if (!writer) return writer.error();
-        auto hoist = dds::Writer<dds::HoistStateTopic>::create(context.participant);
-        if (!hoist) return hoist.error();
+        std::optional<dds::Writer<dds::HoistStateTopic>> hoist;
+        if (!recording->hoist().empty()) {
+          auto made = dds::Writer<dds::HoistStateTopic>::create(context.participant);
+          if (!made) return made.error();
+          hoist.emplace(std::move(*made));
+        }
         return Player(context, options, std::move(*recording), *rate, std::move(*writer),
-                      std::move(*hoist))
+                      std::move(hoist))
             .play();
       });
 }

@@ -69,6 +69,15 @@ class Mirror {
     dds::Settings settings = context_.participant->settings();
     settings.partition = false;
     settings.transport = dds::Transport::kUdp;  // what every vendor understands
+    if (!settings.security.empty()) {
+      if (options_.ros_domain < 0 ||
+          options_.ros_domain == static_cast<int>(settings.domain))
+        return Error{ErrorCode::kConfiguration, "--ros-domain",
+                     "must be another one than dds.domain when dds.security is on",
+                     "ROS 2 is then served without security, in a domain of its own"};
+      log_warning("the ROS 2 side is not secured: who reaches its domain can read the map");
+      settings.security.clear();
+    }
     if (options_.ros_domain >= 0) settings.domain = static_cast<std::uint32_t>(options_.ros_domain);
     auto ros = dds::Participant::create(settings, "cranemap-ros2-mirror");
     if (!ros) return ros.error();

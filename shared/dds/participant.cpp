@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -44,9 +45,10 @@ class LogBridge final : public fdds::LogConsumer {
     const std::string text =
         "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
     const auto now = std::chrono::steady_clock::now();
-    if (text == last_ && now - said_ < std::chrono::seconds(10)) return;
-    last_ = text;
-    said_ = now;
+    if (said_.size() > 64) said_.clear();
+    const auto [said, first] = said_.try_emplace(text, now);
+    if (!first && now - said->second < std::chrono::seconds(10)) return;
+    said->second = now;
     if (entry.kind == fdds::Log::Kind::Error)
       log_error(text);
     else
@@ -55,8 +57,7 @@ class LogBridge final : public fdds::LogConsumer {
 
  private:
   int invalidated_ = 0;
-  std::string last_;
-  std::chrono::steady_clock::time_point said_;
+  std::map<std::string, std::chrono::steady_clock::time_point> said_;
 };
 
 void prepare_library() {

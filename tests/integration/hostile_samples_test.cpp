@@ -118,6 +118,7 @@ void attack(const typename Topic::Type& good_sample, int rounds) {
   qos.resource_limits().max_samples_per_instance = 4;
   qos.resource_limits().allocated_samples = 1;
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  if (Topic::kQos.exclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
   if (Topic::kQos.deadline_ms > 0) qos.deadline().period = {0, 100'000'000};
   if (Topic::kQos.liveliness_ms > 0) qos.liveliness().lease_duration = {1, 0};
   if (Topic::kQos.liveliness_ms > 0) qos.liveliness().announcement_period = {0, 300'000'000};
