@@ -107,6 +107,15 @@ Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& 
 
 }  // namespace
 
+void RefusalLog::onParticipantAuthentication(fdds::DomainParticipant* /*participant*/,
+                                             rtps::ParticipantAuthenticationInfo&& info) {
+  if (info.status == rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT) return;
+  std::ostringstream who;
+  who << info.guid;
+  log_warning("refused: participant " + who.str() +
+              " is not authenticated (no certificate, or none of our CA)");
+}
+
 Participant::Participant(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<std::shared_ptr<Participant>> Participant::create(const Settings& settings,
@@ -143,7 +152,8 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   ++participants();
 
   auto* factory = fdds::DomainParticipantFactory::get_instance();
-  impl->participant = factory->create_participant(settings.domain, qos);
+  impl->participant = factory->create_participant(settings.domain, qos, &impl->refusals,
+                                                  fdds::StatusMask::none());
   if (impl->participant == nullptr)
     return Error{ErrorCode::kResource, "DDS domain " + std::to_string(settings.domain),
                  "Fast DDS could not join: no such interface, or no socket",
@@ -166,6 +176,7 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
 
 Participant::~Participant() {
   if (impl_->participant == nullptr) return;
+  impl_->participant->set_listener(nullptr);
   impl_->participant->delete_contained_entities();
   fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
 }

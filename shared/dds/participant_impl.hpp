@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <map>
@@ -13,7 +14,16 @@
 
 namespace crane::dds {
 
+/// Says who is refused by DDS Security.
+class RefusalLog final : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  void onParticipantAuthentication(
+      eprosima::fastdds::dds::DomainParticipant* participant,
+      eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& info) override;
+};
+
 struct Participant::Impl {
+  RefusalLog refusals;
   Settings settings;
   bool zero_copy = true;  ///< data-sharing may be used
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
