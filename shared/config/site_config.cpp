@@ -49,6 +49,8 @@ void read_dds(YamlReader y, DdsConfig& c) {
   }
   if (c.network == Network::kWan && c.tcp_port == 0 && c.peers.empty())
     y.problem("tcp_port", "or peers must be given: somebody listens, the others connect");
+  if (!c.servers.empty() && !c.security.empty())
+    y.problem("servers", "do not go with security: Fast DDS 2.9 ends by an assertion; give peers");
   if (!c.servers.empty() && c.network != Network::kPlant)
     y.problem("servers", "are for network: plant");
   if (c.tcp_port != 0 && c.network != Network::kWan) y.problem("tcp_port", "is for network: wan");
