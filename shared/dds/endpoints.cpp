@@ -115,6 +115,11 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
     told_ns = SystemClock().now();
     if (wakeup != nullptr) wakeup->notify();
   }
+  void on_requested_incompatible_qos(fdds::DataReader* /*reader*/,
+                                     const fdds::RequestedIncompatibleQosStatus& status) override {
+    log_warning(std::string(Topic::kName) + ": a writer is not heard, its " +
+                policy_name(status.last_policy_id) + " does not fit; see 'cranemap doctor'");
+  }
   void on_sample_lost(fdds::DataReader* /*reader*/, const fdds::SampleLostStatus& status) override {
     lost = std::uint64_t(status.total_count);
   }

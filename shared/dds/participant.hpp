@@ -6,6 +6,10 @@
 #include "base/result.hpp"
 #include "dds/settings.hpp"
 
+namespace eprosima::fastdds::dds {
+class DomainParticipantListener;
+}
+
 namespace crane::dds {
 
 /// One process on the DDS network. Outlives its readers and writers.
@@ -14,8 +18,10 @@ class Participant {
   /// Clears what dead processes left in shared memory, checks what the transport needs, joins.
   /// Error: Configuration (settings, profile file) or Resource (/dev/shm, buffers, ports),
   /// with what to do.
-  static Result<std::shared_ptr<Participant>> create(const Settings& settings,
-                                                     const std::string& name);
+  /// `listener`: told of all participants, readers and writers instead of the log; of NetworkObserver.
+  static Result<std::shared_ptr<Participant>> create(
+      const Settings& settings, const std::string& name,
+      eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
   ~Participant();
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

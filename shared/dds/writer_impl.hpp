@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/log.hpp"
 #include "dds/endpoints.hpp"
 #include "dds/guarded_type.hpp"
 #include "dds/participant_impl.hpp"
@@ -28,6 +29,23 @@ struct Support;
 
 inline Duration_t seconds(int ms) {
   return Duration_t(double(ms) * 1e-3);
+}
+
+inline std::string policy_name(fdds::QosPolicyId_t id) {
+  switch (id) {
+    case fdds::RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case fdds::DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case fdds::OWNERSHIP_QOS_POLICY_ID:
+      return "ownership";
+    case fdds::DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case fdds::LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    default:
+      return "QoS policy " + std::to_string(int(id));
+  }
 }
 
 /// The part of the QoS that readers and writers share.
@@ -83,6 +101,11 @@ struct Writer<Topic>::Impl : fdds::DataWriterListener {
   void on_publication_matched(fdds::DataWriter* /*writer*/,
                               const fdds::PublicationMatchedStatus& status) override {
     matched = status.current_count;
+  }
+  void on_offered_incompatible_qos(fdds::DataWriter* /*writer*/,
+                                   const fdds::OfferedIncompatibleQosStatus& status) override {
+    log_warning(std::string(Topic::kName) + ": a reader is not served, its " +
+                policy_name(status.last_policy_id) + " does not fit; see 'cranemap doctor'");
   }
   ~Impl() override {
     if (writer == nullptr) return;
