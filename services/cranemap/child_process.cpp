@@ -19,7 +19,9 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command
   if (access(command[0].c_str(), X_OK) != 0)
     return Error{ErrorCode::kResource, command[0], "cannot be executed",
                  "build or install all services beside cranemap"};
-  const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const int log = log_file.empty()
+                      ? fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)
+                      : open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (log < 0)
     return Error{ErrorCode::kResource, log_file, "cannot be written",
                  "check permissions and free space"};

@@ -10,7 +10,7 @@
 
 namespace crane {
 
-/// One service as a process of its own. Its log goes to a file. It ends when this process ends,
+/// One service as a process of its own. Its log goes to a file, or to our stderr. It ends when this process ends,
 /// however that happens.
 class ChildProcess {
  public:

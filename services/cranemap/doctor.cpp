@@ -87,7 +87,7 @@ class Examination {
                         ", crane " + std::to_string(config_.crane));
     interfaces();
     if (dds_.network == Network::kLocal || dds_.network == Network::kContainer) multicast();
-    if (dds_.network == Network::kLocal || dds_.network == Network::kWan) shared_memory();
+    if (dds_.shared_memory) shared_memory();
     note("socket buffers",
          dds::check_socket_buffers(static_cast<std::uint32_t>(dds_.udp_buffer_kib) << 10U),
          "large enough", Verdict::kWarning);
@@ -233,7 +233,9 @@ std::vector<Finding> examine_host(const SiteConfig& config) {
 
 std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
   std::vector<Finding> out;
-  const dds::Settings settings = to_settings(config, "dashboard");
+  dds::Settings settings = to_settings(config, "dashboard");
+  // Takes no shared memory away from those that need it.
+  if (settings.transport == dds::Transport::kAuto) settings.transport = dds::Transport::kUdp;
   auto observer = dds::NetworkObserver::create(settings);
   if (!observer)
     return {{Verdict::kBad, "joining", observer.error().where + ": " + observer.error().what,

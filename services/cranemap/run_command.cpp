@@ -72,7 +72,10 @@ class Run {
     }
     if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
     if (options_.domain >= 0) config_.dds.domain = options_.domain;
-    if (options_.network == "container") config_.dds.network = DdsConfig::Network::kContainer;
+    if (options_.network == "container") {
+      config_.dds.network = DdsConfig::Network::kContainer;
+      config_.dds.shared_memory = false;
+    }
     if (!options_.method.empty()) {
       const bool paper = options_.method == "paper";
       config_.mapper.method = paper ? MapperConfig::Method::kPaper : MapperConfig::Method::kDefault;

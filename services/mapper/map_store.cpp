@@ -126,7 +126,7 @@ MapStore::~MapStore() {
 Result<void> MapStore::save(MapBuilder& builder, const State& state) {
   if (saving_.valid()) {
     if (saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
-    if (auto saved = taken(); !saved) return saved;
+    if (auto saved = taken(); !saved) return saved;  // its tiles are for the next time
   }
   std::vector<std::pair<std::string, Bytes>> tiles;
   for (const TileKey key : unsaved_)
@@ -153,6 +153,7 @@ Result<void> MapStore::save(MapBuilder& builder, const State& state) {
 Result<void> MapStore::taken() {
   auto saved = saving_.get();
   if (!saved) unsaved_.merge(being_saved_);
+  trouble_ = saved ? "" : saved.error().text();
   being_saved_.clear();
   return saved;
 }

@@ -39,6 +39,8 @@ class MapStore {
   /// while the last save is still at it. Error: what the last save met; its tiles are then noted
   /// again, so that nothing is lost once there is room.
   Result<void> save(MapBuilder& builder, const State& state);
+  /// What the save that ended last met; empty: nothing, all of it is on disk.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
   /// Waits for the last save. Error: what it met.
   Result<void> finish();
 
@@ -48,6 +50,7 @@ class MapStore {
   Result<void> taken();
 
   std::set<TileKey> unsaved_, being_saved_;
+  std::string trouble_;
   std::future<Result<void>> saving_;
 };
 

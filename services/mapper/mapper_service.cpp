@@ -236,7 +236,7 @@ class Service {
       log_warning("the mapper is silent: takes over crane " + std::to_string(crane()) + " with " +
                   std::to_string(builder_.map().tile_count()) + " tiles" +
                   (standby.current() ? "" : ", not all that there were"));
-      if (auto cleared = store.clear(); !cleared) note_unsaved(cleared.error());
+      if (auto cleared = store.clear(); !cleared) note_unsaved(cleared.error().text());
       // Tiles of a later revision than the last heartbeat may have gone out.
       return std::optional(last.revision() + 100);
     }
@@ -378,23 +378,20 @@ class Service {
     if (options_.state.empty() || !store.unsaved()) return {};
     if (!last && !save_state_.due()) return {};
     const Stopwatch watch;
-    if (last)
-      if (auto done = store.finish(); !done) note_unsaved(done.error());
+    if (last) (void)store.finish();  // what it met, the next line meets again
     auto saved = store.save(builder_, {true, publisher.revision() + 1, builder_.account()});
-    if (saved && last) saved = store.finish();
-    if (last) return saved;
-    if (saved)
-      unsaved_.clear();
-    else
-      note_unsaved(saved.error());
+    if (last) return saved ? store.finish() : saved;
+    note_unsaved(store.trouble());
     builder_.stages.add("save state", watch.ms());
     return {};
   }
 
-  void note_unsaved(const Error& error) {
-    if (unsaved_.empty()) log_error("the map is not kept on disk: " + error.text());
-    unsaved_ = error.text();
-    builder_.dropped.add("state not saved");
+  void note_unsaved(const std::string& trouble) {
+    if (unsaved_.empty() && !trouble.empty())
+      log_error("the map is not kept on disk: " + trouble);
+    if (!unsaved_.empty() && trouble.empty()) log_info("the map is kept on disk again");
+    if (!trouble.empty()) builder_.dropped.add("state not saved");
+    unsaved_ = trouble;
   }
 
   void beat(MapPublisher& publisher) {

@@ -30,15 +30,10 @@ Height to_height(const ColumnHeight& c) {
   return h;
 }
 
-dds::Transport transport_of(Options::Network network) {
-  switch (network) {
-    case Options::Network::kLocal:
-      return dds::Transport::kAuto;
-    case Options::Network::kWan:
-      return dds::Transport::kWan;
-    default:
-      return dds::Transport::kUdp;
-  }
+dds::Transport transport_of(const Options& o) {
+  if (o.network == Options::Network::kWan) return dds::Transport::kWan;
+  return o.network == Options::Network::kLocal && o.shared_memory ? dds::Transport::kAuto
+                                                                  : dds::Transport::kUdp;
 }
 
 }  // namespace
@@ -93,7 +88,7 @@ std::unique_ptr<Map> Map::join(const Options& options, std::string& error) {
   dds::Settings settings;
   settings.crane = options.crane;
   settings.domain = options.domain;
-  settings.transport = transport_of(options.network);
+  settings.transport = transport_of(options);
   settings.multicast = options.network != Options::Network::kPlant;
   settings.interfaces = options.interfaces;
   settings.servers = options.servers;

@@ -29,6 +29,10 @@ void read_dds(YamlReader y, DdsConfig& c) {
   y.choice("network", kNetworks, network);
   c.network = static_cast<Network>(network);
   if (c.network != Network::kLocal) c.interfaces.clear();
+  c.shared_memory = c.network == Network::kLocal || c.network == Network::kWan;
+  y.flag("shared_memory", c.shared_memory);
+  if (c.network == Network::kWan && !c.shared_memory)
+    y.problem("shared_memory", "belongs to network: wan");
   const bool named = y.has("interfaces");
   y.texts("interfaces", c.interfaces);
   y.texts("servers", c.servers);
@@ -235,6 +239,7 @@ std::string to_yaml(const SiteConfig& c) {
     << "  tcp_port: " << c.dds.tcp_port << "\n"
     << "  security: " << quoted(c.dds.security) << "\n"
     << "  identity: " << quoted(c.dds.identity) << "\n"
+    << "  shared_memory: " << (c.dds.shared_memory ? "true" : "false") << "\n"
     << "  shm_segment_mib: " << c.dds.shm_segment_mib << "\n"
     << "  udp_buffer_kib: " << c.dds.udp_buffer_kib << "\n";
   if (!c.dds.profile_file.empty())

@@ -24,6 +24,7 @@ struct DdsConfig {
   int tcp_port = 0;  ///< wan: services listen at it plus their number, as http; 0 = only connect
   std::string security;                    ///< folder of deploy/security/make; empty = off
   std::string identity;                    ///< of that folder; empty = by the program's name
+  bool shared_memory = true;  ///< between processes of this host; default false for container, plant
   int shm_segment_mib = 64;                ///< 16..1024
   int udp_buffer_kib = 4096;               ///< 64..65536
   std::string profile_file, profile_name;  ///< Fast DDS XML instead of network and what it uses

@@ -13,6 +13,8 @@
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <string>
 
+#include "base/log.hpp"
+
 namespace crane::dds {
 namespace {
 
@@ -69,10 +71,16 @@ Result<void> set_servers(const Settings& settings, eprosima::fastdds::dds::WireP
   discovery.discoveryProtocol = settings.server_id >= 0 ? rtps::DiscoveryProtocol_t::SERVER
                                                         : rtps::DiscoveryProtocol_t::CLIENT;
   discovery.discoveryServer_client_syncperiod = Duration_t(0.25);
+  Result<void> found = Error{ErrorCode::kResource, "dds.servers", "none has an address", ""};
   for (std::size_t i = 0; i < settings.servers.size(); ++i) {
     const int id = static_cast<int>(i);
-    auto at = locator(settings.servers[i], LOCATOR_KIND_UDPv4, "servers");
-    if (!at) return at.error();
+    const auto at = locator(settings.servers[i], LOCATOR_KIND_UDPv4, "servers");
+    if (!at && id == settings.server_id) return at.error();
+    if (!at) {  // one is enough: its host may be down
+      log_warning(at.error().text());
+      continue;
+    }
+    found = {};
     if (id == settings.server_id) {
       protocol.prefix = server_prefix(id);
       // On all of this host's addresses: the name may be one that only others see, of a service.
@@ -87,7 +95,7 @@ Result<void> set_servers(const Settings& settings, eprosima::fastdds::dds::WireP
     server.metatrafficUnicastLocatorList.push_back(*at);
     discovery.m_DiscoveryServers.push_back(server);
   }
-  return {};
+  return found;
 }
 
 }  // namespace
@@ -128,7 +136,7 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
     if (!at) return at.error();
     builtin.initialPeersList.push_back(*at);
   }
-  if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
+  if (settings.server_id >= 0) return set_servers(settings, qos.wire_protocol());
   rtps::Locator_t unicast;
   unicast.kind = LOCATOR_KIND_UDPv4;
   builtin.metatrafficUnicastLocatorList.push_back(unicast);
@@ -136,6 +144,7 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
     unicast.kind = LOCATOR_KIND_TCPv4;
     builtin.metatrafficUnicastLocatorList.push_back(unicast);
   }
+  if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
   if (!settings.multicast) return {};
   rtps::Locator_t multicast;
   multicast.kind = LOCATOR_KIND_UDPv4;

@@ -146,16 +146,16 @@ Result<void> check_shared_memory(std::uint64_t needed, const std::string& direct
   struct statvfs stat {};
   if (statvfs(directory.c_str(), &stat) != 0)
     return Error{ErrorCode::kResource, directory, "is not there",
-                 "mount a tmpfs, or set dds.transport: udp"};
+                 "mount a tmpfs, or set dds.shared_memory: false"};
   if (access(directory.c_str(), W_OK) != 0)
     return Error{ErrorCode::kResource, directory, "is not writable for this user",
-                 "run as a user who may write it, or set dds.transport: udp"};
+                 "run as a user who may write it, or set dds.shared_memory: false"};
   const std::uint64_t free_bytes = std::uint64_t(stat.f_bavail) * stat.f_frsize;
   if (free_bytes >= needed) return {};
   return Error{ErrorCode::kResource, directory,
                "has " + std::to_string(free_bytes >> 20U) + " MiB free, " +
                    std::to_string(needed >> 20U) + " MiB are needed",
-               "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.transport: udp"};
+               "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.shared_memory: false"};
 }
 
 }  // namespace crane::dds

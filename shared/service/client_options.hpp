@@ -11,6 +11,7 @@ inline client::Options client_options(const SiteConfig& c, const std::string& id
   o.crane = static_cast<std::uint32_t>(c.crane);
   o.domain = static_cast<std::uint32_t>(c.dds.domain);
   o.network = static_cast<client::Options::Network>(c.dds.network);
+  o.shared_memory = c.dds.shared_memory;
   o.interfaces = c.dds.interfaces;
   o.servers = c.dds.servers;
   o.peers = c.dds.peers;

@@ -46,8 +46,12 @@ bool ServiceContext::stopping() const {
   return stop_requested();
 }
 
-bool ServiceContext::reload() const {
+bool reload_requested() {
   return reload_flag().exchange(false);
+}
+
+bool ServiceContext::reload() const {
+  return reload_requested();
 }
 
 dds::Settings to_settings(const SiteConfig& config, const std::string& identity) {
@@ -56,9 +60,9 @@ dds::Settings to_settings(const SiteConfig& config, const std::string& identity)
   dds::Settings s;
   s.crane = static_cast<std::uint32_t>(config.crane);
   s.domain = static_cast<std::uint32_t>(c.domain);
-  s.transport = c.network == Network::kLocal ? dds::Transport::kAuto
-                : c.network == Network::kWan ? dds::Transport::kWan
-                                             : dds::Transport::kUdp;
+  s.transport = c.network == Network::kWan ? dds::Transport::kWan
+                : c.shared_memory          ? dds::Transport::kAuto
+                                           : dds::Transport::kUdp;
   s.multicast = c.network != Network::kPlant;
   s.interfaces = c.interfaces;
   s.servers = c.servers;

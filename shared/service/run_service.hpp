@@ -47,6 +47,8 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
 /// Sets the flags behind stopping() and reload() on SIGTERM, SIGINT and SIGHUP; ignores SIGPIPE.
 void handle_signals();
 bool stop_requested();
+/// True once after each SIGHUP.
+bool reload_requested();
 
 /// `identity`: for DDS Security, where the configuration names none.
 dds::Settings to_settings(const SiteConfig& config, const std::string& identity);

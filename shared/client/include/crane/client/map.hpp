@@ -20,6 +20,7 @@ struct Options {
   std::uint32_t domain = 0;
   enum class Network { kLocal, kContainer, kPlant, kWan };
   Network network = Network::kLocal;
+  bool shared_memory = true;  ///< of kLocal, with processes of this host
   /// IPv4 addresses to use; empty = all. The default stays on this host.
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::vector<std::string> servers;  ///< discovery servers "host:port", of kPlant
