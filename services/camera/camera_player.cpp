@@ -52,7 +52,7 @@ class Player {
     const auto count = static_cast<std::int64_t>(recording_.frames().size());
     for (std::int64_t n = 0; (options_.loop || n < count) && !context_.stopping(); ++n) {
       const TimeNs time = recording_.frame_time(n);
-      if (options_.resume && clock.due(time) < SystemClock().now()) {
+      if (options_.resume && clock.due(time) < MonotonicClock().now()) {
         status().dropped.add("skipped after a restart");
         continue;
       }

@@ -6,6 +6,7 @@
 #include <random>
 #include <thread>
 
+#include "base/clock.hpp"
 #include "base/log.hpp"
 #include "child_process.hpp"
 #include "commands.hpp"
@@ -19,13 +20,16 @@ using namespace std::chrono_literals;
 
 constexpr int kStopMs = 5000;
 /// Waiting times between starts of a service that ends again and again [ms].
-constexpr double kFirstWaitMs = 500, kLongestWaitMs = 15'000, kLivesMs = 30'000;
+constexpr double kFirstWaitMs = 500, kLongestWaitMs = 4'000, kLivesMs = 10'000;
 
 struct Options {
   std::string config, calibration, state, recording;
   std::vector<std::string> services;
+  std::string rate = "real";
   bool standby = false, log_json = false;
   int id = 0;
+  std::uint64_t stream = std::random_device{}() | 1U;
+  TimeNs start = SystemClock().now() + 2 * kNsPerSecond;
 };
 
 /// One service, started again whenever it ends, however it does.
@@ -90,7 +94,9 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   if (service == "mapper" && o.standby) add({"--standby"});
   if (service == "camera" || service == "rangefinder") {
     if (o.recording.empty()) return missing("--recording");
-    add({o.recording, "--loop", "--stream", "7"});
+    // All players in step, and again so after one was restarted.
+    add({o.recording, "--loop", "--stream", std::to_string(o.stream), "--start-at",
+         std::to_string(o.start), "--resume", "--rate", o.rate});
   }
   if (service == "discovery") add({"--id", std::to_string(o.id)});
   return out;
@@ -146,6 +152,7 @@ Command add_serve_command(CLI::App& app) {
   command->add_option("--state", o.state, "Where the mapper keeps its map");
   command->add_option("--recording", o.recording,
                       "Played round and round by camera and rangefinder; may stand for --calibration");
+  command->add_option("--rate", o.rate, "Of the recording: real or a factor")->capture_default_str();
   command->add_option("--id", o.id, "Of the discovery server")->check(CLI::Range(0, 3));
   command->add_flag("--standby", o.standby, "The mapper is one of a pair");
   command->add_flag("--log-json", o.log_json, "Logs as one JSON object a line");

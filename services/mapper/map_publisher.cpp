@@ -95,7 +95,7 @@ Result<void> MapPublisher::publish_voxels(const Tile& tile, const Stamp& stamp,
 
 Result<void> MapPublisher::publish_heights(const OccupancyMap& map, const Tile& tile,
                                            const Stamp& stamp, Published& published) {
-  published.heights_time = SystemClock().now();
+  published.heights_time = MonotonicClock().now();
   const TileHeights heights = tile_heights(map, tile, floor_tolerance_m(map.voxel_m()));
   if (!any_known(heights) && !published.heights) return {};
   v1::HeightTile sample;
@@ -133,7 +133,7 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
       if (auto sent = publish_voxels(*tile, stamp, it->second); !sent) return sent;
     }
     // Heights that moved go out at once; those only seen again, with a new age, once a second.
-    const bool refresh = all || SystemClock().now() - it->second.heights_time > kNsPerSecond;
+    const bool refresh = all || MonotonicClock().now() - it->second.heights_time > kNsPerSecond;
     if (!fresh && !tile->reclassified && !tile->moved && !refresh) continue;
     if (auto sent = publish_heights(map, *tile, stamp, it->second); !sent) return sent;
     tile->changed = tile->reclassified = tile->moved = false;

@@ -56,7 +56,7 @@ class MapPublisher {
   struct Published {
     std::map<int, std::uint32_t> bands;    ///< their checksums
     std::optional<std::uint32_t> heights;  ///< its checksum
-    TimeNs heights_time = 0;               ///< wall clock
+    TimeNs heights_time = 0;               ///< monotonic
   };
   /// One change of the map, as its samples are stamped.
   struct Stamp {

@@ -110,7 +110,7 @@ class Service {
       zones_revision_ = zones->revision();
       bool accounted = take_clouds(*clouds);
       if (accounted ? tiles.due() : rest.due()) {
-        builder_.rest(SystemClock().now());
+        builder_.rest(MonotonicClock().now());
         if (auto done = hand_on(*publisher, store, false); !done) return done;
         if (accounted)
           builder_.stages.add(
@@ -327,12 +327,12 @@ class Service {
       }
       CloudSample cloud = copy(**sample);
       if (sample->intact())
-        builder_.add_cloud(std::move(cloud), SystemClock().now());
+        builder_.add_cloud(std::move(cloud), MonotonicClock().now());
       else
         builder_.dropped.add("cloud overwritten before it was read");
-      while (builder_.step(SystemClock().now())) accounted = true;
+      while (builder_.step(MonotonicClock().now())) accounted = true;
     }
-    while (builder_.step(SystemClock().now())) accounted = true;
+    while (builder_.step(MonotonicClock().now())) accounted = true;
     return accounted;
   }
 
@@ -363,7 +363,7 @@ class Service {
   /// Tiles to the network, and to disk where asked for. The paper's method makes its map anew
   /// first, but only while no cloud waits: it takes seconds.
   Result<void> hand_on(MapPublisher& publisher, MapStore& store, bool last) {
-    const bool idle = SystemClock().now() - builder_.last_arrival() > kNsPerSecond / 2;
+    const bool idle = MonotonicClock().now() - builder_.last_arrival() > kNsPerSecond / 2;
     if (builder_.needs_rebuild() && (last || idle))
       if (auto made = builder_.rebuild(); !made) return made;
     store.note_changes(builder_);
@@ -400,7 +400,7 @@ class Service {
     if (builder_.account().last_frame < 0) {
       validity = v1::STATUS_FAILED;
       reason = "no cloud could be placed yet";
-    } else if (SystemClock().now() - builder_.last_arrival() >
+    } else if (MonotonicClock().now() - builder_.last_arrival() >
                TimeNs(context_.config.mapper.stale_ms) * 1'000'000) {
       validity = v1::STATUS_DEGRADED;
       reason = "no cloud for more than " + std::to_string(context_.config.mapper.stale_ms) + " ms";

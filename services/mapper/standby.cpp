@@ -36,7 +36,7 @@ Result<void> Standby::step(MapBuilder& builder) {
                      std::to_string(said->voxel_m()) + " of the mapper that serves",
                  "give both the same configuration"};
   const client::HeldMap& held = follower_->held();
-  builder.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), SystemClock().now());
+  builder.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), MonotonicClock().now());
   if (held.map_id() != map_id_) {
     builder.clear();
     map_id_ = held.map_id();

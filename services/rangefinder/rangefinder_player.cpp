@@ -65,7 +65,7 @@ class Player {
       const Reading& r = readings_[n % readings_.size()];
       const TimeNs time =
           r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
-      if (options_.resume && clock.due(time) < SystemClock().now() - kNsPerSecond) {
+      if (options_.resume && clock.due(time) < MonotonicClock().now() - kNsPerSecond) {
         status().dropped.add("skipped after a restart");
         continue;
       }

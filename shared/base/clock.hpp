@@ -26,6 +26,18 @@ class SystemClock final : public Clock {
   }
 };
 
+/// The system's clock as it was at the first call, going on without steps: when somebody sets the
+/// clock, nothing is suddenly old. For what is measured within one process.
+class MonotonicClock final : public Clock {
+ public:
+  [[nodiscard]] TimeNs now() const override {
+    using Steady = std::chrono::steady_clock;
+    static const TimeNs start = SystemClock().now();
+    static const Steady::time_point begin = Steady::now();
+    return start + std::chrono::nanoseconds(Steady::now() - begin).count();
+  }
+};
+
 class FakeClock final : public Clock {
  public:
   explicit FakeClock(TimeNs start = 0) : now_(start) {}

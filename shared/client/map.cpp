@@ -20,6 +20,9 @@ namespace {
 using namespace std::chrono_literals;
 using Steady = std::chrono::steady_clock;
 
+/// Beyond this ages are not what they seem. A heartbeat is up to some 0.2 s old.
+constexpr double kClocksAgree_s = 1;
+
 static_assert(int(Surface::kStale) == int(ColumnState::kStale) &&
               int(Surface::kObstacle) == int(ColumnState::kObstacle));
 
@@ -209,6 +212,13 @@ Clearance Map::clearance(const ClearanceQuery& query) const {
   if (!now.valid || !(now.complete || lately)) {
     out.reason = Reason::kMapInvalid;
     out.text = !now.valid ? now.reason : "not all tiles of the map have arrived";
+    return out;
+  }
+  if (const double offset_s = impl_->follower->clock_offset_s();
+      query.max_age_s > 0 && query.now_ns == 0 && std::abs(offset_s) > kClocksAgree_s) {
+    out.reason = Reason::kMapInvalid;
+    out.text = "this host's clock is " + std::to_string(offset_s) +
+               " s ahead of the mapper's: no age can be told";
     return out;
   }
   const HeldMap& held = impl_->follower->held();

@@ -185,6 +185,7 @@ void MapFollower::take_status(const v1::MapStatus& s) {
   voxel_m_ = s.voxel_m();
   said_ = s;
   said_at_ = Steady::now();
+  clock_offset_s_ = double(SystemClock().now() - s.time_ns()) * 1e-9;
 }
 
 /// Asks for what is missing when nothing more seems to come.

@@ -37,6 +37,8 @@ class MapFollower {
   }
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool complete() const;
+  /// How much later it is here than at the mapper [s], by its last heartbeat.
+  [[nodiscard]] double clock_offset_s() const { return clock_offset_s_; }
   /// While the tiles of a new revision arrive, what is held is that of the last one.
   [[nodiscard]] bool lately_complete() const;
 
@@ -67,7 +69,7 @@ class MapFollower {
 
   HeldMap held_;  ///< of the map that the mapper says it serves
   HeldMap next_;  ///< of another one, whose tiles came before the mapper said so
-  double voxel_m_ = 0;
+  double voxel_m_ = 0, clock_offset_s_ = 0;
   std::uint64_t refused_ = 0, resyncs_ = 0;
   std::optional<v1::MapStatus> said_;
   Steady::time_point said_at_{}, complete_at_{};

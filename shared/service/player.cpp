@@ -30,12 +30,12 @@ Result<PlayRate> check_play_options(PlayOptions& options) {
 }
 
 PlayClock play_clock(const PlayOptions& options, PlayRate rate, TimeNs recorded_start) {
-  const TimeNs soon = SystemClock().now() + kNsPerSecond / 5;
+  const TimeNs soon = MonotonicClock().now() + kNsPerSecond / 5;
   return {rate, recorded_start, options.start_at > 0 ? options.start_at : soon};
 }
 
 void wait_until(TimeNs due, ServiceContext& context) {
-  const SystemClock wall;
+  const MonotonicClock wall;
   for (TimeNs now = wall.now(); now < due && !context.stopping(); now = wall.now()) {
     context.status.tick();
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min<TimeNs>(due - now, 50'000'000)));

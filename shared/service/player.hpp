@@ -38,8 +38,8 @@ template <class Topic>
 void wait_for_reader(const dds::Writer<Topic>& writer, ServiceContext& context) {
   const TimeNs step = kNsPerSecond / 100;
   while (writer.matched() == 0 && !context.stopping())
-    wait_until(SystemClock().now() + step, context);
-  wait_until(SystemClock().now() + 30 * step, context);
+    wait_until(MonotonicClock().now() + step, context);
+  wait_until(MonotonicClock().now() + 30 * step, context);
 }
 
 }  // namespace crane
