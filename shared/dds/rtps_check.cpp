@@ -291,9 +291,14 @@ const char* submessage_flaw(std::uint8_t id, std::uint8_t flags, Bytes body, Fra
   }
 }
 
-/// Calls seen(prefix of the source, fragment) for every fragment.
-template <class Seen>
-const char* walk(Bytes datagram, Seen seen) {
+bool is_announcement(std::uint8_t id, Bytes body) {
+  return id == kData && entity(body.subspan(8, 4)) == 0x000100C2;
+}
+
+/// Calls seen(prefix of the source, fragment) for every fragment, and announced(prefix) for what
+/// participants say of themselves.
+template <class Seen, class Announced>
+const char* walk(Bytes datagram, Seen seen, Announced announced) {
   if (datagram.size() < kHeader) return "shorter than a header";
   if (datagram[0] != 'R' || datagram[1] != 'T' || datagram[2] != 'P' || datagram[3] != 'S')
     return "no RTPS";
@@ -324,6 +329,8 @@ const char* walk(Bytes datagram, Seen seen) {
     if (id == kInfoSrc) prefix = body.subspan(8, 12);
     if (id == kDataFrag)
       if (const char* flaw = seen(prefix, fragment)) return flaw;
+    if (is_announcement(id, body))
+      if (const char* flaw = announced(prefix)) return flaw;
     at += length;
   }
   return nullptr;
@@ -332,24 +339,52 @@ const char* walk(Bytes datagram, Seen seen) {
 }  // namespace
 
 const char* rtps_flaw(std::span<const std::uint8_t> datagram) {
-  return walk(datagram, [](Bytes, const Fragment&) -> const char* { return nullptr; });
+  return walk(
+      datagram, [](Bytes, const Fragment&) -> const char* { return nullptr; },
+      [](Bytes) -> const char* { return nullptr; });
 }
 
 const char* RtpsCheck::flaw(std::span<const std::uint8_t> datagram) {
-  return walk(datagram, [this](Bytes prefix, const Fragment& f) -> const char* {
-    Sample sample;
-    std::copy(prefix.begin(), prefix.end(), sample.prefix.begin());
-    sample.writer = f.writer;
-    sample.number = f.number;
-    const Sizes sizes{f.sample_size, f.fragment_size};
-    const std::lock_guard lock(mutex_);
-    const auto [known, fresh] = fragmented_.try_emplace(sample, sizes);
-    if (!fresh)
-      return known->second == sizes ? nullptr : "fragments of one sample that do not agree";
-    fragmented_.erase(std::exchange(recent_[next_], sample));
-    next_ = (next_ + 1) % recent_.size();
+  return walk(
+      datagram,
+      [this](Bytes prefix, const Fragment& f) {
+        return fragment_flaw(prefix, f.writer, f.number, {f.sample_size, f.fragment_size});
+      },
+      [this](Bytes prefix) { return newcomer_flaw(prefix, Clock::now()); });
+}
+
+const char* RtpsCheck::fragment_flaw(Bytes prefix, std::uint32_t writer, std::uint64_t number,
+                                     const Sizes& sizes) {
+  Sample sample;
+  std::copy(prefix.begin(), prefix.end(), sample.prefix.begin());
+  sample.writer = writer;
+  sample.number = number;
+  const std::lock_guard lock(mutex_);
+  const auto [known, fresh] = fragmented_.try_emplace(sample, sizes);
+  if (!fresh) return known->second == sizes ? nullptr : "fragments of one sample that do not agree";
+  fragmented_.erase(std::exchange(recent_[next_], sample));
+  next_ = (next_ + 1) % recent_.size();
+  return nullptr;
+}
+
+const char* RtpsCheck::newcomer_flaw(Bytes prefix, Clock::time_point now) {
+  constexpr auto kRemembered = std::chrono::seconds(60);  // who is there says so at least so often
+  std::array<std::uint8_t, 12> who{};
+  std::copy(prefix.begin(), prefix.end(), who.begin());
+  const std::lock_guard lock(mutex_);
+  if (const auto known = participants_.find(who); known != participants_.end()) {
+    known->second = now;
     return nullptr;
-  });
+  }
+  const double passed_s = std::chrono::duration<double>(now - filled_).count();
+  newcomers_ = std::min(kNewcomersAtOnce, newcomers_ + passed_s * kNewcomersPerSecond);
+  filled_ = now;
+  if (newcomers_ < 1) return "announcement of too many new participants at once";
+  newcomers_ -= 1;
+  if (participants_.size() >= kParticipants)
+    std::erase_if(participants_, [&](const auto& p) { return now - p.second > kRemembered; });
+  participants_[who] = now;
+  return nullptr;
 }
 
 }  // namespace crane::dds
