@@ -10,8 +10,8 @@
 
 namespace crane {
 
-/// One service as a process of its own. Its log goes to a file, or to our stderr. It ends when this process ends,
-/// however that happens.
+/// One service as a process of its own. Its log goes to a file, or to our stderr. It ends when this
+/// process ends, however that happens.
 class ChildProcess {
  public:
   /// Error: Resource when it cannot be started.

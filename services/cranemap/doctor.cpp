@@ -113,8 +113,7 @@ class Examination {
     if (result)
       good(what, when_good);
     else
-      bad(otherwise, what, result.error().where + ": " + result.error().what,
-          result.error().todo);
+      bad(otherwise, what, result.error().where + ": " + result.error().what, result.error().todo);
   }
 
   void interfaces() {
@@ -141,7 +140,8 @@ class Examination {
   void multicast() {
     for (const auto& [address, state] : addresses()) {
       const auto& used = dds_.interfaces;
-      if (!state.up || (!used.empty() && std::find(used.begin(), used.end(), address) == used.end()))
+      if (!state.up ||
+          (!used.empty() && std::find(used.begin(), used.end(), address) == used.end()))
         continue;
       if (multicast_works(address))
         good("multicast", "works on " + address);
@@ -267,8 +267,8 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
       out.push_back({Verdict::kGood, "peer", peer.name + " (" + peer.guid + ")", ""});
   }
   if (others == 0)
-    out.push_back({Verdict::kWarning, "peers", "nobody else is heard in " +
-                       std::to_string(int(std::ceil(seconds))) + " s",
+    out.push_back({Verdict::kWarning, "peers",
+                   "nobody else is heard in " + std::to_string(int(std::ceil(seconds))) + " s",
                    "is a service running with the same dds section?"});
   for (const std::string& why : (*observer)->mismatches())
     out.push_back({Verdict::kBad, "mismatch", why, "see the topic's row in idl/README.md"});

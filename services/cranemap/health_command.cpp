@@ -21,12 +21,12 @@ int health(const SiteOptions& options) {
   int heard = 0;
   bool well = true;
   for (std::uint32_t service = v1::SERVICE_CAMERA; service <= v1::SERVICE_DISCOVERY; ++service) {
-    const auto answer =
-        ask_health(site->http.address, site->http.port + static_cast<int>(service));
+    const auto answer = ask_health(site->http.address, site->http.port + static_cast<int>(service));
     if (!answer && answer.error().what == kNoAnswer) continue;
     ++heard;
     well = well && answer.ok();
-    std::printf("%s: %s\n", service_name(service), answer ? "healthy" : answer.error().what.c_str());
+    std::printf("%s: %s\n", service_name(service),
+                answer ? "healthy" : answer.error().what.c_str());
   }
   if (heard == 0) std::printf("no service answers on this host\n");
   return heard > 0 && well ? kExitOk : kExitResource;

@@ -49,7 +49,8 @@ class Served {
     if (process_) {
       const auto exit = process_->poll();
       if (!exit) return {};
-      log_warning("cranemap-" + name_ + (exit->by_signal ? " was killed by signal " : " ended with ") +
+      log_warning("cranemap-" + name_ +
+                  (exit->by_signal ? " was killed by signal " : " ended with ") +
                   std::to_string(exit->code) + ": starts again in " +
                   std::to_string(int(wait_ms_)) + " ms");
       if (since_.ms() > kLivesMs) wait_ms_ = kFirstWaitMs;
@@ -144,15 +145,17 @@ Command add_serve_command(CLI::App& app) {
       "Example: cranemap serve --config site.yaml --calibration calib --state state mapper stereo");
   command->add_option("SERVICES", o.services, "Which of them")
       ->required()
-      ->check(CLI::IsMember({"camera", "rangefinder", "stereo", "mapper", "clearance",
-                             "ros2-mirror", "discovery"}));
+      ->check(CLI::IsMember(
+          {"camera", "rangefinder", "stereo", "mapper", "clearance", "ros2-mirror", "discovery"}));
   command->add_option("--config", o.config, "Site configuration (YAML)")->check(CLI::ExistingFile);
   command->add_option("--calibration", o.calibration,
                       "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml");
   command->add_option("--state", o.state, "Where the mapper keeps its map");
-  command->add_option("--recording", o.recording,
-                      "Played round and round by camera and rangefinder; may stand for --calibration");
-  command->add_option("--rate", o.rate, "Of the recording: real or a factor")->capture_default_str();
+  command->add_option(
+      "--recording", o.recording,
+      "Played round and round by camera and rangefinder; may stand for --calibration");
+  command->add_option("--rate", o.rate, "Of the recording: real or a factor")
+      ->capture_default_str();
   command->add_option("--id", o.id, "Of the discovery server")->check(CLI::Range(0, 3));
   command->add_flag("--standby", o.standby, "The mapper is one of a pair");
   command->add_flag("--log-json", o.log_json, "Logs as one JSON object a line");

@@ -24,15 +24,15 @@ struct Options {
 };
 
 void print(const client::Status& s) {
-  std::printf(
-      "valid: %s\ncomplete: %s\nreason: \"%s\"\nmapper: %016" PRIx64 "\nmap_id: %016" PRIx64
-      "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64 "\nheight_digest: %016" PRIx64
-      "\ntiles: %u\nzones_revision: %" PRIu64 "\nlast_frame_time_ns: %" PRId64
-      "\nframes_integrated: %" PRIu64 "\nframes_rejected: %" PRIu64 "\nframes_missing: %" PRIu64
-      "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64 "\n",
-      s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(), s.mapper, s.map_id,
-      s.revision, s.voxel_digest, s.height_digest, s.tiles, s.zones_revision, s.last_frame_time_ns,
-      s.frames_integrated, s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs);
+  std::printf("valid: %s\ncomplete: %s\nreason: \"%s\"\nmapper: %016" PRIx64 "\nmap_id: %016" PRIx64
+              "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64 "\nheight_digest: %016" PRIx64
+              "\ntiles: %u\nzones_revision: %" PRIu64 "\nlast_frame_time_ns: %" PRId64
+              "\nframes_integrated: %" PRIu64 "\nframes_rejected: %" PRIu64
+              "\nframes_missing: %" PRIu64 "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64 "\n",
+              s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(), s.mapper,
+              s.map_id, s.revision, s.voxel_digest, s.height_digest, s.tiles, s.zones_revision,
+              s.last_frame_time_ns, s.frames_integrated, s.frames_rejected, s.frames_missing,
+              s.samples_refused, s.resyncs);
 }
 
 /// A line with its time for each change of the mapper that serves or of the map's validity.
@@ -75,9 +75,7 @@ int status(const Options& options) {
     return kExitOk;
   }
   client::Status s = map->status();
-  const auto good = [&] {
-    return s.valid && s.complete && s.frames_integrated >= options.frames;
-  };
+  const auto good = [&] { return s.valid && s.complete && s.frames_integrated >= options.frames; };
   for (const Stopwatch watch; !good() && watch.ms() < options.wait_s * 1000 && !stop_requested();) {
     std::this_thread::sleep_for(20ms);
     s = map->status();

@@ -31,8 +31,8 @@ int run_discovery(int argc, char** argv) {
                    v1::SERVICE_DISCOVERY};
   info.adjust = [&id](dds::Settings& settings) -> Result<void> {
     if (id >= static_cast<int>(settings.servers.size()))
-      return Error{ErrorCode::kConfiguration, "dds.servers",
-                   "has no number " + std::to_string(id), "list this server there, from 0 on"};
+      return Error{ErrorCode::kConfiguration, "dds.servers", "has no number " + std::to_string(id),
+                   "list this server there, from 0 on"};
     settings.server_id = id;
     return {};
   };

@@ -221,9 +221,9 @@ class Service {
         log_error("neither the mapper nor a rangefinder is heard: waits until one is");
       cut_off = silent && !witness;
       status.status = cut_off || !standby.current() ? v1::STATUS_DEGRADED : v1::STATUS_OK;
-      status.message = cut_off              ? "hears neither the mapper nor a rangefinder"
+      status.message = cut_off             ? "hears neither the mapper nor a rangefinder"
                        : standby.current() ? "holds the map that is served"
-                                            : "does not hold all of the map";
+                                           : "does not hold all of the map";
       status.values = {{"map_tiles", double(builder_.map().tile_count())}};
       status.tick();
       if (!silent || !witness) continue;
@@ -387,8 +387,7 @@ class Service {
   }
 
   void note_unsaved(const std::string& trouble) {
-    if (unsaved_.empty() && !trouble.empty())
-      log_error("the map is not kept on disk: " + trouble);
+    if (unsaved_.empty() && !trouble.empty()) log_error("the map is not kept on disk: " + trouble);
     if (!unsaved_.empty() && trouble.empty()) log_info("the map is kept on disk again");
     if (!trouble.empty()) builder_.dropped.add("state not saved");
     unsaved_ = trouble;
@@ -422,7 +421,8 @@ class Service {
 
   void report(const MapPublisher& publisher) {
     StatusReporter& s = context_.status;
-    s.status = unsaved_.empty() ? said_validity_ : std::max<std::uint32_t>(said_validity_, v1::STATUS_DEGRADED);
+    s.status = unsaved_.empty() ? said_validity_
+                                : std::max<std::uint32_t>(said_validity_, v1::STATUS_DEGRADED);
     s.message = unsaved_.empty() ? said_reason_ : "the map is not kept on disk: " + unsaved_;
     s.values = {{"map_revision", double(publisher.revision())},
                 {"map_tiles", double(builder_.map().tile_count())},
@@ -500,7 +500,8 @@ int run_mapper(int argc, char** argv) {
         auto rig = read_rig(options.calibration);
         if (!rig) return rig.error();
         if (options.standby && context.config.mapper.method == MapperConfig::Method::kPaper)
-          return Error{ErrorCode::kConfiguration, "--standby", "does not go with method: paper", ""};
+          return Error{ErrorCode::kConfiguration, "--standby", "does not go with method: paper",
+                       ""};
         if (auto fits = MapBuilder::check(context.config.mapper, *rig); !fits) return fits;
         return Service(context, options, *rig).run();
       });

@@ -70,8 +70,7 @@ class Mirror {
     settings.partition = false;
     settings.transport = dds::Transport::kUdp;  // what every vendor understands
     if (!settings.security.empty()) {
-      if (options_.ros_domain < 0 ||
-          options_.ros_domain == static_cast<int>(settings.domain))
+      if (options_.ros_domain < 0 || options_.ros_domain == static_cast<int>(settings.domain))
         return Error{ErrorCode::kConfiguration, "--ros-domain",
                      "must be another one than dds.domain when dds.security is on",
                      "ROS 2 is then served without security, in a domain of its own"};

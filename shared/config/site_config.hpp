@@ -19,13 +19,14 @@ struct DdsConfig {
   Network network = Network::kLocal;
   /// IPv4; empty = all. Default: loopback for local, all for container and wan; plant must say.
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  std::vector<std::string> servers;        ///< discovery servers "host:port", for plant; 1 to 4
-  std::vector<std::string> peers;          ///< hosts to look for; wan: "host:port"
+  std::vector<std::string> servers;  ///< discovery servers "host:port", for plant; 1 to 4
+  std::vector<std::string> peers;    ///< hosts to look for; wan: "host:port"
   int tcp_port = 0;  ///< wan: services listen at it plus their number, as http; 0 = only connect
-  std::string security;                    ///< folder of deploy/security/make; empty = off
-  std::string identity;                    ///< of that folder; empty = by the program's name
-  bool shared_memory = true;  ///< between processes of this host; default false for container, plant
-  int shm_segment_mib = 64;                ///< 16..1024
+  std::string security;  ///< folder of deploy/security/make; empty = off
+  std::string identity;  ///< of that folder; empty = by the program's name
+  bool shared_memory =
+      true;                  ///< between processes of this host; default false for container, plant
+  int shm_segment_mib = 64;  ///< 16..1024
   int udp_buffer_kib = 4096;               ///< 64..65536
   std::string profile_file, profile_name;  ///< Fast DDS XML instead of network and what it uses
 };

@@ -66,7 +66,8 @@ rtps::GuidPrefix_t server_prefix(int id) {
 }
 
 /// A server is one by its id; the others ask the servers who is there.
-Result<void> set_servers(const Settings& settings, eprosima::fastdds::dds::WireProtocolConfigQos& protocol) {
+Result<void> set_servers(const Settings& settings,
+                         eprosima::fastdds::dds::WireProtocolConfigQos& protocol) {
   auto& discovery = protocol.builtin.discovery_config;
   discovery.discoveryProtocol = settings.server_id >= 0 ? rtps::DiscoveryProtocol_t::SERVER
                                                         : rtps::DiscoveryProtocol_t::CLIENT;

@@ -75,7 +75,8 @@ struct NetworkObserver::Impl final : fdds::DomainParticipantListener {
     const std::lock_guard lock(mutex);
     const std::string guid = text(info.guid.guidPrefix);
     peers[guid].guid = guid;
-    peers[guid].refused = info.status != rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT;
+    peers[guid].refused =
+        info.status != rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT;
   }
 
   template <class Data>
@@ -85,8 +86,9 @@ struct NetworkObserver::Impl final : fdds::DomainParticipantListener {
     const std::lock_guard lock(mutex);
     const std::string guid = text(data.guid().guidPrefix);
     const auto peer = peers.find(guid);
-    const std::string who = (peer == peers.end() || peer->second.name.empty() ? guid : peer->second.name) +
-                            (writer ? " writes " : " reads ") + topic;
+    const std::string who =
+        (peer == peers.end() || peer->second.name.empty() ? guid : peer->second.name) +
+        (writer ? " writes " : " reads ") + topic;
     const auto say = [&](const std::string& why) { mismatches.insert(who + ": " + why); };
     const auto contract = topics.find(topic);
     if (contract == topics.end()) return say("no such topic in this version");
@@ -95,13 +97,14 @@ struct NetworkObserver::Impl final : fdds::DomainParticipantListener {
       say("its type is " + std::string(data.typeName().c_str()) + ", not " + contract->second.type);
     const auto partitions = data.m_qos.m_partition.names();
     const std::string ours = "crane_" + std::to_string(settings.crane);
-    if (std::none_of(partitions.begin(), partitions.end(), [](const std::string& p) {
-          return p.rfind("crane_", 0) == 0 || p == "*";
-        }))
+    if (std::none_of(partitions.begin(), partitions.end(),
+                     [](const std::string& p) { return p.rfind("crane_", 0) == 0 || p == "*"; }))
       say("it is in no partition crane_<number>: it is to be in " + ours);
     const bool transient = data.m_qos.m_durability.kind != fdds::VOLATILE_DURABILITY_QOS;
-    if (writer && q.transient_local && !transient) say("it is volatile, readers ask for transient-local");
-    if (!writer && !q.transient_local && transient) say("it asks for transient-local, writers are volatile");
+    if (writer && q.transient_local && !transient)
+      say("it is volatile, readers ask for transient-local");
+    if (!writer && !q.transient_local && transient)
+      say("it asks for transient-local, writers are volatile");
     if (writer && q.reliable && data.m_qos.m_reliability.kind != fdds::RELIABLE_RELIABILITY_QOS)
       say("it is best effort, readers ask for reliable");
     const bool exclusive = data.m_qos.m_ownership.kind == fdds::EXCLUSIVE_OWNERSHIP_QOS;

@@ -118,9 +118,8 @@ void RefusalLog::onParticipantAuthentication(fdds::DomainParticipant* /*particip
 
 Participant::Participant(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Result<std::shared_ptr<Participant>> Participant::create(const Settings& settings,
-                                                         const std::string& name,
-                                                         fdds::DomainParticipantListener* listener) {
+Result<std::shared_ptr<Participant>> Participant::create(
+    const Settings& settings, const std::string& name, fdds::DomainParticipantListener* listener) {
   if (settings.domain > 232)
     return Error{ErrorCode::kConfiguration, "dds.domain",
                  std::to_string(settings.domain) + " is outside 0..232", "choose a smaller domain"};
@@ -153,8 +152,9 @@ Result<std::shared_ptr<Participant>> Participant::create(const Settings& setting
   ++participants();
 
   auto* factory = fdds::DomainParticipantFactory::get_instance();
-  impl->participant = factory->create_participant(
-      settings.domain, qos, listener != nullptr ? listener : &impl->refusals, fdds::StatusMask::none());
+  impl->participant = factory->create_participant(settings.domain, qos,
+                                                  listener != nullptr ? listener : &impl->refusals,
+                                                  fdds::StatusMask::none());
   if (impl->participant == nullptr)
     return Error{ErrorCode::kResource, "DDS domain " + std::to_string(settings.domain),
                  "Fast DDS could not join: no such interface, or no socket",

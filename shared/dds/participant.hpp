@@ -18,7 +18,8 @@ class Participant {
   /// Clears what dead processes left in shared memory, checks what the transport needs, joins.
   /// Error: Configuration (settings, profile file) or Resource (/dev/shm, buffers, ports),
   /// with what to do.
-  /// `listener`: told of all participants, readers and writers instead of the log; of NetworkObserver.
+  /// `listener`: told of all participants, readers and writers instead of the log; of
+  /// NetworkObserver.
   static Result<std::shared_ptr<Participant>> create(
       const Settings& settings, const std::string& name,
       eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);

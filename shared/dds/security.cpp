@@ -59,9 +59,9 @@ Result<SecurityFiles> check_security(const std::string& folder, const std::strin
                  "make it with deploy/security/make"};
   for (const std::string* file : {&f.ca, &f.governance, &f.certificate, &f.key, &f.permissions})
     if (const std::unique_ptr<std::FILE, Free> open(std::fopen(file->c_str(), "r")); !open)
-      return Error{ErrorCode::kConfiguration, *file, "cannot be read",
-                   "make the identity '" + identity +
-                       "' with deploy/security/make, readable for this user"};
+      return Error{
+          ErrorCode::kConfiguration, *file, "cannot be read",
+          "make the identity '" + identity + "' with deploy/security/make, readable for this user"};
   const Certificate ca(read_pem(f.ca, PEM_read_X509));
   if (!ca) return wrong(f.ca, "is no certificate");
   const Certificate own(read_pem(f.certificate, PEM_read_X509));

@@ -152,10 +152,11 @@ Result<void> check_shared_memory(std::uint64_t needed, const std::string& direct
                  "run as a user who may write it, or set dds.shared_memory: false"};
   const std::uint64_t free_bytes = std::uint64_t(stat.f_bavail) * stat.f_frsize;
   if (free_bytes >= needed) return {};
-  return Error{ErrorCode::kResource, directory,
-               "has " + std::to_string(free_bytes >> 20U) + " MiB free, " +
-                   std::to_string(needed >> 20U) + " MiB are needed",
-               "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.shared_memory: false"};
+  return Error{
+      ErrorCode::kResource, directory,
+      "has " + std::to_string(free_bytes >> 20U) + " MiB free, " + std::to_string(needed >> 20U) +
+          " MiB are needed",
+      "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.shared_memory: false"};
 }
 
 }  // namespace crane::dds

@@ -64,8 +64,11 @@ struct PartialCloudTopic {
 struct MapTileTopic {
   using Type = v1::MapTile;
   static constexpr const char* kName = "crane/v1/map_tile";
-  static constexpr QosSpec kQos{
-      .transient_local = true, .max_instances = 200'000, .big = true, .exclusive = true, .disposes = true};
+  static constexpr QosSpec kQos{.transient_local = true,
+                                .max_instances = 200'000,
+                                .big = true,
+                                .exclusive = true,
+                                .disposes = true};
 };
 struct HeightTileTopic {
   using Type = v1::HeightTile;
@@ -82,8 +85,11 @@ struct OctreeMapTopic {
 struct MapStatusTopic {
   using Type = v1::MapStatus;
   static constexpr const char* kName = "crane/v1/map_status";
-  static constexpr QosSpec kQos{
-      .transient_local = true, .max_instances = 16, .deadline_ms = 1000, .liveliness_ms = 2000, .exclusive = true};
+  static constexpr QosSpec kQos{.transient_local = true,
+                                .max_instances = 16,
+                                .deadline_ms = 1000,
+                                .liveliness_ms = 2000,
+                                .exclusive = true};
 };
 struct TileRequestTopic {
   using Type = v1::TileRequest;

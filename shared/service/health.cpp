@@ -28,7 +28,8 @@ struct HealthServer::Impl {
     const std::lock_guard lock(mutex);
     const bool silent = Steady::now() - told > kSilent;
     if (silent || !(word.*good)) response.status = kUnavailable;
-    response.set_content(silent ? "hangs: nothing done for 30 s\n" : word.text + "\n", "text/plain");
+    response.set_content(silent ? "hangs: nothing done for 30 s\n" : word.text + "\n",
+                         "text/plain");
   }
 };
 
@@ -65,7 +66,8 @@ Result<std::unique_ptr<HealthServer>> HealthServer::start(const std::string& add
   });
   if (!s.bind_to_port(address.c_str(), port))
     return Error{ErrorCode::kResource, "http " + address + ":" + std::to_string(port),
-                 "cannot be listened at", "give http.address and http.port what is free, or port 0"};
+                 "cannot be listened at",
+                 "give http.address and http.port what is free, or port 0"};
   impl->thread = std::thread([raw = impl.get()] { raw->server.listen_after_bind(); });
   for (int i = 0; i < 200 && !s.is_running(); ++i) std::this_thread::sleep_for(5ms);
   return std::unique_ptr<HealthServer>(new HealthServer(std::move(impl)));

@@ -8,9 +8,9 @@
 
 namespace crane {
 
-/// What a service says of itself over HTTP: `/metrics` for Prometheus, `/healthz` (its loop turns and
-/// nothing failed; 200 or 503) and `/readyz` (all is well; 200 or 503). Answers come from a thread
-/// of its own, from what was told last.
+/// What a service says of itself over HTTP: `/metrics` for Prometheus, `/healthz` (its loop turns
+/// and nothing failed; 200 or 503) and `/readyz` (all is well; 200 or 503). Answers come from a
+/// thread of its own, from what was told last.
 class HealthServer {
  public:
   /// Error: Resource when the port cannot be had.

@@ -9,6 +9,7 @@ namespace crane {
 
 /// A service's status in Prometheus' text format, with what the process itself uses. `values`:
 /// gauges by their names without "cranemap_".
-std::string to_metrics(const v1::ServiceStatus& status, const std::map<std::string, double>& values);
+std::string to_metrics(const v1::ServiceStatus& status,
+                       const std::map<std::string, double>& values);
 
 }  // namespace crane

@@ -96,10 +96,11 @@ void StatusReporter::tick(bool now) {
   (void)writer_.write(s);  // a status that cannot be sent is repeated in a second
 
   static constexpr const char* kWords[] = {"ok", "degraded", "failed"};
-  const std::string word =
-      kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] + (message.empty() ? "" : ": " + message);
+  const std::string word = kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] +
+                           (message.empty() ? "" : ": " + message);
   if (health_)
-    health_->tell({status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});
+    health_->tell(
+        {status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});
   // Does nothing where systemd does not ask for it.
   sd_notify(0, ("READY=1\nWATCHDOG=1\nSTATUS=" + word).c_str());
 }

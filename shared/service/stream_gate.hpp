@@ -6,8 +6,8 @@
 
 namespace crane {
 
-/// Lets one stream through, and another one only once that has been silent for 3 s: two cameras, or two
-/// rangefinders of one axis, are never mixed.
+/// Lets one stream through, and another one only once that has been silent for 3 s: two cameras, or
+/// two rangefinders of one axis, are never mixed.
 class StreamGate {
  public:
   using Clock = std::chrono::steady_clock;

@@ -1,7 +1,7 @@
-// A bad network cable between two hosts that are network namespaces: two TAP devices, and what goes in
-// at one comes out at the other, late, doubled, out of order, or not at all.
-// usage: bad-wire DEVICE_A DEVICE_B [loss % [delay ms [jitter ms [doubled %]]]]
-// Makes both devices where it runs, says "ready", and carries until it is ended.
+// A bad network cable between two hosts that are network namespaces: two TAP devices, and what goes
+// in at one comes out at the other, late, doubled, out of order, or not at all. usage: bad-wire
+// DEVICE_A DEVICE_B [loss % [delay ms [jitter ms [doubled %]]]] Makes both devices where it runs,
+// says "ready", and carries until it is ended.
 
 #include <fcntl.h>
 #include <linux/if.h>
@@ -59,7 +59,8 @@ int main(int argc, char** argv) {
   for (;;) {
     int wait_ms = 1000;
     if (!flying.empty()) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(flying.top().due - Clock::now());
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(flying.top().due - Clock::now());
       wait_ms = std::max(0, static_cast<int>(left.count()));
     }
     pollfd ends[2] = {{fd[0], POLLIN, 0}, {fd[1], POLLIN, 0}};
@@ -69,7 +70,8 @@ int main(int argc, char** argv) {
         if (uniform(random) < loss) continue;
         for (int copies = uniform(random) < doubled ? 2 : 1; copies > 0; --copies) {
           const double late_ms = delay_ms + jitter_ms * uniform(random);
-          flying.push({Clock::now() + std::chrono::microseconds(long(late_ms * 1000)), fd[1 - from],
+          flying.push({Clock::now() + std::chrono::microseconds(long(late_ms * 1000)),
+                       fd[1 - from],
                        {buffer.data(), buffer.data() + size}});
         }
       }

@@ -212,7 +212,8 @@ TEST_F(ClientTest, TilesOfAMapThatNoHeartbeatNamesChangeNothing) {
   const client::Status before = map->status();
   auto stranger = *dds::Participant::create(test::settings(), "stranger");
   // Stronger than the mapper, so that it is heard at all.
-  auto writer = *dds::Writer<dds::HeightTileTopic>::create(stranger, dds::HeightTileTopic::kName, 5);
+  auto writer =
+      *dds::Writer<dds::HeightTileTopic>::create(stranger, dds::HeightTileTopic::kName, 5);
   ASSERT_TRUE(test::eventually([&] { return writer.matched() == 1; }));
   TileHeights flat;
   for (ColumnHeight& c : flat) c = {0, 0, ColumnState::kFloor, kNsPerSecond};

@@ -297,6 +297,24 @@ TEST(RtpsCheck, RefusesWhatBreaksEachRule) {
   EXPECT_NE(check.flaw(other), nullptr) << "two sizes of fragments of one sample";
 }
 
+TEST(RtpsCheck, LetsNewParticipantsThroughOnlySoManyAtOnceAndKnownOnesAlways) {
+  const auto announcement = [](std::uint32_t who) {
+    // INFO-less DATA(p) with an empty parameter list, from a prefix of its own.
+    Datagram d =
+        datagram(0x15, 5, words({0x00100000, 0xC7000100, 0xC2000100, 0, 1, 0x00000300, 1}));
+    for (int i = 0; i < 4; ++i) d[8 + i] = static_cast<std::uint8_t>(who >> (8 * i));
+    return d;
+  };
+  RtpsCheck check;
+  EXPECT_EQ(check.flaw(announcement(0)), nullptr) << check.flaw(announcement(0));
+  std::uint32_t passed = 1;
+  for (std::uint32_t who = 1; who < 2000; ++who)
+    if (check.flaw(announcement(who)) == nullptr) ++passed;
+  EXPECT_GE(passed, std::uint32_t(RtpsCheck::kNewcomersAtOnce));
+  EXPECT_LT(passed, std::uint32_t(RtpsCheck::kNewcomersAtOnce) + 100);
+  EXPECT_EQ(check.flaw(announcement(0)), nullptr) << "it was there before the flood";
+}
+
 TEST(DatagramGuard, WithoutItOneDatagramEndsAProcess) {
   const pid_t pid = victim("bare", kDomain);
   std::this_thread::sleep_for(500ms);

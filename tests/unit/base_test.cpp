@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
+#include "base/log.hpp"
 #include "base/result.hpp"
 #include "base/stage_times.hpp"
 #include "base/wakeup.hpp"
@@ -43,6 +46,44 @@ TEST(Wakeup, ANotificationBeforeTheWaitIsNotLost) {
   wakeup.notify();
   EXPECT_TRUE(wakeup.wait_for(std::chrono::milliseconds(0)));
   EXPECT_FALSE(wakeup.wait_for(std::chrono::milliseconds(0)));
+}
+
+/// In a process of its own: what was said before counts against the allowance.
+void log_much() {
+  set_log_name("cranemap-test");
+  set_log_format(LogFormat::kJson);
+  log_error("a \"quote\",\na line end, and \xff no UTF-8");
+  for (int i = 0; i < 2000; ++i) log_warning("flood " + std::to_string(i));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  log_info("last");
+  std::exit(0);
+}
+
+TEST(LogDeathTest, WritesJsonLinesAndCutsAFloodShort) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        testing::internal::CaptureStderr();
+        std::atexit([] {
+          std::istringstream lines(testing::internal::GetCapturedStderr());
+          int count = 0;
+          bool left_out = false;
+          nlohmann::json entry;
+          for (std::string line; std::getline(lines, line); ++count) {
+            entry = nlohmann::json::parse(line);
+            left_out |=
+                entry["text"].get<std::string>().find("lines left out") != std::string::npos;
+            if (count == 0 && entry["text"].get<std::string>().find("a \"quote\",\na line") != 0)
+              _exit(1);
+          }
+          _exit(count < 320 && left_out && entry["text"] == "last" &&
+                        entry["service"] == "cranemap-test" && entry["level"] == "INFO"
+                    ? 42
+                    : 2);
+        });
+        log_much();
+      },
+      testing::ExitedWithCode(42), "");
 }
 
 }  // namespace

@@ -88,5 +88,32 @@ TEST(SiteConfig, EveryWrongZoneIsNamedWithItsLine) {
     EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
 }
 
+TEST(SiteConfig, NetworksSayWhatTheyNeed) {
+  const auto problem = [](const std::string& dds) {
+    const auto read = parse_site_config("dds: {" + dds + "}", "x");
+    return read ? std::string() : read.error().text();
+  };
+  EXPECT_EQ(problem("network: container"), "");
+  EXPECT_NE(problem("network: plant").find("'dds.interfaces' must list"), std::string::npos);
+  EXPECT_NE(problem("network: plant, interfaces: []").find("'dds.servers' or peers"),
+            std::string::npos);
+  EXPECT_EQ(problem("network: plant, interfaces: [], peers: [a]"), "");
+  EXPECT_EQ(problem("network: plant, interfaces: [], servers: ['a:11811']"), "");
+  EXPECT_NE(problem("network: plant, interfaces: [], servers: [a]"), "");
+  EXPECT_NE(
+      problem("network: plant, interfaces: [], servers: ['a:11811'], security: s").find("peers"),
+      std::string::npos);
+  EXPECT_NE(problem("network: wan"), "");
+  EXPECT_EQ(problem("network: wan, tcp_port: 5100"), "");
+  EXPECT_NE(problem("network: wan, peers: [a]"), "");
+  EXPECT_NE(problem("tcp_port: 5100"), "");
+  const auto container = parse_site_config("dds: {network: container}", "x");
+  EXPECT_TRUE(container->dds.interfaces.empty());
+  EXPECT_FALSE(container->dds.shared_memory);
+  const auto local = parse_site_config("{}", "x");
+  EXPECT_EQ(local->dds.interfaces, std::vector<std::string>{"127.0.0.1"});
+  EXPECT_TRUE(local->dds.shared_memory);
+}
+
 }  // namespace
 }  // namespace crane

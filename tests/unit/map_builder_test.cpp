@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "map_codec/tile_codec.hpp"
 #include "mapper/map_store.hpp"
 #include "mapping/heights.hpp"
 #include "recording/recording.hpp"
@@ -307,6 +308,89 @@ TEST_F(MapBuilderTest, AnUnwritableFolderIsNamed) {
   ASSERT_FALSE(saved);
   EXPECT_EQ(saved.error().code, ErrorCode::kResource);
   EXPECT_NE(saved.error().where.find("/proc/nowhere"), std::string::npos);
+}
+
+TEST_F(MapBuilderTest, AStandbyThatAdoptsWhatWasPublishedHasTheSameClassesHeightsAndAges) {
+  positions(kT0, kT0 + 20 * kNsPerSecond);
+  for (std::uint64_t n = 0; n < 6; ++n) {
+    const TimeNs exposure = kT0 + TimeNs(n + 1) * kNsPerSecond;
+    builder_.add_cloud(cloud(n, exposure), exposure);
+    ASSERT_TRUE(builder_.step(exposure));
+  }
+  const TimeNs now = kT0 + 6 * kNsPerSecond;
+  MapBuilder standby(config(), rig_);
+  standby.adopt(builder_.account(), builder_.hoist(), now);
+  const double tolerance = floor_tolerance_m(0.05);
+  std::size_t columns = 0;
+  for (const Tile* tile : builder_.map().tiles()) {
+    std::map<int, BlockClasses> blocks;
+    for (const int band : known_bands(*tile)) {
+      const auto decoded = decode_tile(encode_tile(*tile, band), band);
+      ASSERT_TRUE(decoded);
+      blocks.insert(decoded->blocks.begin(), decoded->blocks.end());
+    }
+    const auto heights =
+        decode_heights(encode_heights(tile_heights(builder_.map(), *tile, tolerance)));
+    ASSERT_TRUE(heights);
+    standby.adopt(tile->key, blocks, *heights);
+    const Tile* twin = standby.map().find(tile->key);
+    ASSERT_NE(twin, nullptr);
+    for (const int band : known_bands(*tile))
+      EXPECT_EQ(decode_tile(encode_tile(*twin, band), band)->blocks,
+                decode_tile(encode_tile(*tile, band), band)->blocks);
+    const TileHeights after = tile_heights(standby.map(), *twin, tolerance);
+    for (std::size_t i = 0; i < kTileColumns; ++i) {
+      EXPECT_EQ(after[i].state, (*heights)[i].state);
+      EXPECT_EQ(after[i].last_observed, (*heights)[i].last_observed);
+      if (!is_known(after[i].state)) continue;
+      ++columns;
+      EXPECT_NEAR(after[i].height_m, (*heights)[i].height_m, 0.0005);
+    }
+  }
+  EXPECT_GT(columns, 300U);
+  EXPECT_EQ(standby.account().last_frame, 5);
+  EXPECT_EQ(standby.last_arrival(), now);
+  // It goes on from there: the next frame is taken, one that is in the map already is not.
+  for (TimeNs t = kT0; t <= kT0 + 20 * kNsPerSecond; t += 50 * kMs) {
+    standby.add_position(Axis::kCart, 9, t, 1.0);
+    standby.add_position(Axis::kTrolley, 9, t, 2.0);
+  }
+  standby.add_cloud(cloud(5, kT0 + 6 * kNsPerSecond), now);
+  EXPECT_FALSE(standby.step(now));
+  standby.add_cloud(cloud(6, kT0 + 7 * kNsPerSecond), now);
+  EXPECT_TRUE(standby.step(now));
+  EXPECT_EQ(standby.account().integrated, 7U);
+  // What is not seen again is forgotten there, too.
+  standby.rest(now + TimeNs(2.5 * config().forget_s) * kNsPerSecond);
+  standby.rest(now + TimeNs(3 * config().forget_s) * kNsPerSecond);
+  std::size_t known = 0;
+  for (const Tile* tile : standby.map().tiles()) known += known_bands(*tile).size();
+  EXPECT_EQ(known, 0U);
+}
+
+TEST_F(MapBuilderTest, AStateThatCannotBeSavedIsSavedOnceItCan) {
+  const test::TempFolder folder;
+  positions(kT0, kT0 + 2 * kNsPerSecond);
+  builder_.add_cloud(cloud(0, kT0 + kNsPerSecond), kT0 + kNsPerSecond);
+  ASSERT_TRUE(builder_.step(kT0 + kNsPerSecond));
+  std::ofstream(folder / "state") << "a file where the folder is to be";
+  MapStore store(folder / "state");
+  store.note_changes(builder_);
+  ASSERT_TRUE(store.save(builder_, {true, 1, builder_.account()}));
+  EXPECT_FALSE(store.finish());
+  EXPECT_FALSE(store.trouble().empty());
+  EXPECT_TRUE(store.unsaved()) << "its tiles are noted again";
+  std::filesystem::remove(folder / "state");
+  ASSERT_TRUE(store.save(builder_, {true, 2, builder_.account()}));
+  EXPECT_TRUE(store.finish());
+  EXPECT_TRUE(store.trouble().empty());
+  MapBuilder again(config(), rig_);
+  const auto state = store.load(again);
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->revision, 2U);
+  EXPECT_EQ(again.map().tile_count(), builder_.map().tile_count());
+  EXPECT_TRUE(store.clear());
+  EXPECT_FALSE(store.load(again)->found);
 }
 
 }  // namespace

@@ -91,5 +91,34 @@ TEST(ZoneBook, HoldsSixtyFourZonesAndNoMore) {
   EXPECT_TRUE(book.apply(command(v1::ZONE_SET, triangle(64), 66))) << "a known one changes";
 }
 
+TEST(ZoneBook, AReadAgainConfigurationKeepsSwitchesAndWhatCameByTopic) {
+  auto book = *ZoneBook::open({triangle(1), triangle(2, true)}, "");
+  ASSERT_TRUE(book.apply(command(v1::ZONE_SWITCH, triangle(2, true), 1, false)));
+  ASSERT_TRUE(book.apply(command(v1::ZONE_SET, triangle(7), 2)));
+  const std::uint64_t before = book.revision();
+  ZoneConfig moved = triangle(2, true);
+  moved.corners[0].x_m = -1;
+  ASSERT_TRUE(book.reload({moved, triangle(3)}));
+  EXPECT_GT(book.revision(), before);
+  const v1::ZoneSet set = book.set(1, 42);
+  ASSERT_EQ(set.zones().size(), 3U);  // by number: 2, 3, 7; 1 is gone
+  EXPECT_EQ(set.zones()[0].id(), 2U);
+  EXPECT_EQ(set.zones()[0].active(), 0U) << "still switched off";
+  EXPECT_EQ(set.zones()[0].corners()[0].x_m(), -1);
+  EXPECT_EQ(set.zones()[1].id(), 3U);
+  EXPECT_EQ(set.zones()[2].id(), 7U);
+  EXPECT_FALSE(book.apply(command(v1::ZONE_REMOVE, triangle(3), 3))) << "it is configured";
+}
+
+TEST(ZoneBook, AStandbyHasTheSwitchesAndZonesOfTheMapperThatServed) {
+  auto served = *ZoneBook::open({triangle(1), triangle(2, true)}, "");
+  ASSERT_TRUE(served.apply(command(v1::ZONE_SWITCH, triangle(2, true), 1, false)));
+  ASSERT_TRUE(served.apply(command(v1::ZONE_SET, triangle(7), 2)));
+  auto standby = *ZoneBook::open({triangle(1), triangle(2, true)}, "");
+  standby.follow(served.set(1, 42));
+  EXPECT_GT(standby.revision(), served.revision());
+  EXPECT_EQ(standby.set(1, 42).zones(), served.set(1, 42).zones());
+}
+
 }  // namespace
 }  // namespace crane
