@@ -126,6 +126,13 @@ Datagram datagram(std::uint8_t id, std::uint8_t flags, Datagram body, int length
   return d;
 }
 
+Datagram words(std::initializer_list<std::uint32_t> values) {
+  Datagram out;
+  for (const std::uint32_t v : values)
+    for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::uint8_t>(v >> (8 * i)));
+  return out;
+}
+
 /// The one of which it is known that it ends an unguarded process: statistics with four bytes more.
 std::vector<Datagram> deadly() {
   std::vector<Datagram> out;
@@ -261,12 +268,6 @@ TEST(RtpsCheck, RefusesWhatBreaksEachRule) {
   const auto flaw = [](std::uint8_t id, const Datagram& body) {
     return std::string(
         rtps_flaw(datagram(id, 1, body)) != nullptr ? rtps_flaw(datagram(id, 1, body)) : "sound");
-  };
-  const auto words = [](std::initializer_list<std::uint32_t> values) {
-    Datagram out;
-    for (const std::uint32_t v : values)
-      for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::uint8_t>(v >> (8 * i)));
-    return out;
   };
   // reader, writer, base 0:5, 32 bits, bitmap, count
   EXPECT_EQ(flaw(0x06, words({1, 2, 0, 5, 32, 0, 1})), "sound");

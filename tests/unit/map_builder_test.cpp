@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "map_codec/tile_codec.hpp"
 #include "mapper/map_store.hpp"
 #include "mapping/heights.hpp"

@@ -1,0 +1,150 @@
+// What those who run services rely on: systemd, signals, health, logs.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "crane/client/map.hpp"
+#include "service/health.hpp"
+#include "system/live_services.hpp"
+
+namespace crane::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Steady = std::chrono::steady_clock;
+
+bool eventually(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
+  for (const auto end = Steady::now() + limit; Steady::now() < end;) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(20ms);
+  }
+  return condition();
+}
+
+const std::vector<std::string> kServices = {"camera",    "rangefinder", "stereo",   "mapper",
+                                            "clearance", "ros2-mirror", "discovery"};
+
+TEST(Operability, EveryProgramSaysItsVersionAndBuildType) {
+  const TempFolder folder;
+  std::vector<std::string> programs = {"cranemap"};
+  for (const std::string& s : kServices) programs.push_back("cranemap-" + s);
+  for (const std::string& program : programs) {
+    Process process({program, "--version"}, folder / "version.txt");
+    EXPECT_EQ(process.wait(10), 0) << program;
+    EXPECT_NE(process.output().find("0.1.0 ("), std::string::npos) << program;
+  }
+}
+
+TEST(Operability, TheMapperTellsSystemdThatItIsReadyAndThatItsLoopTurns) {
+  const TempFolder folder;
+  const std::string path = folder / "notify";
+  const int s = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(s, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  const timeval limit{10, 0};
+  setsockopt(s, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  std::ofstream(folder / "site.yaml") << "dds: {domain: " << next_domain() << "}\n";
+  setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  Process mapper(
+      {"cranemap-mapper", "--config", folder / "site.yaml", "--calibration", rig_recording()},
+      folder / "mapper.txt");
+  unsetenv("NOTIFY_SOCKET");
+  for (int i = 0; i < 3; ++i) {  // one a second
+    char text[512] = "";
+    ASSERT_GT(recv(s, text, sizeof text - 1, 0), 0) << mapper.output();
+    EXPECT_NE(std::string(text).find("READY=1\nWATCHDOG=1\nSTATUS="), std::string::npos) << text;
+  }
+  close(s);
+}
+
+TEST(Operability, HealthZonesOnSighupAndAnOrderlyStopWithTheMapSaved) {
+  const TempFolder folder;
+  const std::string domain = next_domain();
+  std::list<Process> services = live_services(folder, domain, "3", true);
+  client::Options options;
+  options.domain = static_cast<std::uint32_t>(std::stoi(domain));
+  std::string error;
+  const auto map = client::Map::join(options, error);
+  ASSERT_NE(map, nullptr) << error;
+  ASSERT_TRUE(eventually(20s, [&] { return map->status().frames_integrated > 3; }));
+  for (int service = 1; service <= 4; ++service)
+    EXPECT_TRUE(ask_health("127.0.0.1", 9460 + service)) << service;
+  EXPECT_TRUE(map->zones().empty());
+
+  Process& mapper = services.front();
+  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain
+                                      << "}\nzones: [{id: 4, name: gate, corners: [{x: 0, y: 0}, "
+                                         "{x: 1, y: 0}, {x: 1, y: 1}]}]\n";
+  mapper.signal(SIGHUP);
+  EXPECT_TRUE(eventually(5s, [&] { return map->zones().size() == 1 && map->zones()[0].id == 4; }));
+  std::ofstream(folder / "site.yaml") << "zones: nonsense\n";
+  mapper.signal(SIGHUP);
+  EXPECT_TRUE(eventually(5s, [&] {
+    return mapper.output().find("SIGHUP: the zones stay as they are") != std::string::npos;
+  })) << mapper.output();
+  EXPECT_EQ(map->zones().size(), 1U);
+
+  const auto begin = Steady::now();
+  for (Process& s : services) s.signal(SIGTERM);
+  for (Process& s : services) EXPECT_EQ(s.wait(10), 0) << s.output();
+  const double took_s = std::chrono::duration<double>(Steady::now() - begin).count();
+  EXPECT_LT(took_s, 4) << "2 s are promised; this machine may be busy";
+  EXPECT_TRUE(std::filesystem::exists(folder / "state/account.yaml"));
+}
+
+TEST(Operability, ServeStartsAgainWhatIsKilledAndLogsJson) {
+  const TempFolder folder;
+  std::ofstream(folder / "site.yaml") << "dds: {domain: " << next_domain() << "}\n";
+  Process serve({"cranemap", "serve", "--log-json", "--config", folder / "site.yaml", "--recording",
+                 rig_recording(), "mapper", "stereo"},
+                folder / "serve.txt");
+  pid_t stereo = 0;
+  ASSERT_TRUE(
+      eventually(10s, [&] { return (stereo = child_named(serve.pid(), "cranemap-stereo")) != 0; }));
+  kill(stereo, SIGKILL);
+  EXPECT_TRUE(eventually(10s, [&] {
+    const pid_t again = child_named(serve.pid(), "cranemap-stereo");
+    return again != 0 && again != stereo;
+  }));
+  serve.signal(SIGTERM);
+  EXPECT_EQ(serve.wait(10), 0);
+  std::istringstream lines(serve.output());
+  int count = 0;
+  bool said = false;
+  for (std::string line; std::getline(lines, line); ++count) {
+    const auto entry = nlohmann::json::parse(line, nullptr, false);
+    ASSERT_FALSE(entry.is_discarded()) << line;
+    said |= entry["text"].get<std::string>().find("was killed by signal 9") != std::string::npos;
+  }
+  EXPECT_GT(count, 4);
+  EXPECT_TRUE(said);
+}
+
+TEST(Operability, TheDoctorNamesWhatIsWrong) {
+  const TempFolder folder;
+  std::ofstream(folder / "site.yaml")
+      << "dds: {domain: " << next_domain()
+      << ", network: plant, interfaces: [10.254.3.1], peers: [nowhere.invalid]}\n";
+  const Finished bad =
+      run({"doctor", "--config", folder / "site.yaml", "--seconds", "0"}, folder.path());
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_NE(bad.output.find("10.254.3.1 is no address of this host"), std::string::npos)
+      << bad.output;
+  EXPECT_NE(bad.output.find("'nowhere.invalid' has no address"), std::string::npos) << bad.output;
+  const Finished good = run({"doctor", "--domain", next_domain(), "--seconds", "1"}, folder.path());
+  EXPECT_EQ(good.code, 0) << good.output;
+}
+
+}  // namespace
+}  // namespace crane::test

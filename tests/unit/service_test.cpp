@@ -1,0 +1,60 @@
+#include <gtest/gtest.h>
+
+#include "bounds.h"
+#include "service/health.hpp"
+#include "service/metrics.hpp"
+#include "service/stream_gate.hpp"
+
+namespace crane {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(StreamGate, LetsASecondSourceThroughOnlyOnceTheFirstIsSilent) {
+  StreamGate gate;
+  const auto t0 = StreamGate::Clock::now();
+  EXPECT_TRUE(gate.pass(1, t0));
+  EXPECT_FALSE(gate.pass(2, t0 + 100ms));
+  EXPECT_TRUE(gate.pass(1, t0 + 2s));
+  EXPECT_FALSE(gate.pass(2, t0 + 4900ms));
+  EXPECT_TRUE(gate.pass(2, t0 + 5001ms)) << "3 s after the last of the first";
+  EXPECT_FALSE(gate.pass(1, t0 + 6s));
+}
+
+TEST(Metrics, AreLinesThatPrometheusReads) {
+  v1::ServiceStatus s;
+  s.crane(3);
+  s.service(v1::SERVICE_STEREO);
+  v1::DropCount d;
+  d.cause("a \"quote\" and a \\");
+  d.count(7);
+  s.dropped().push_back(d);
+  const std::string text = to_metrics(s, {{"map_tiles", 12}});
+  EXPECT_NE(
+      text.find("cranemap_dropped_total{crane=\"3\",service=\"stereo\",cause=\"a \\\"quote\\\" "
+                "and a \\\\\"} 7\n"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(text.find("cranemap_map_tiles{crane=\"3\",service=\"stereo\"} 12\n"),
+            std::string::npos);
+  EXPECT_NE(text.find("process_threads{"), std::string::npos);
+  EXPECT_EQ(text.back(), '\n');
+}
+
+TEST(Health, AnswersWhatItWasToldAndRefusesAPortThatIsTaken) {
+  constexpr int kPort = 42'917;
+  auto server = HealthServer::start("127.0.0.1", kPort);
+  ASSERT_TRUE(server) << server.error().text();
+  EXPECT_FALSE(HealthServer::start("127.0.0.1", kPort)) << "two services on one port";
+  (*server)->tell({true, false, "degraded: no cloud", "x 1\n"});
+  EXPECT_TRUE(ask_health("127.0.0.1", kPort));
+  (*server)->tell({false, false, "failed: no camera", "x 1\n"});
+  const auto failed = ask_health("127.0.0.1", kPort);
+  ASSERT_FALSE(failed);
+  EXPECT_NE(failed.error().what.find("failed: no camera"), std::string::npos);
+  server->reset();
+  EXPECT_EQ(ask_health("127.0.0.1", kPort).error().what, kNoAnswer);
+}
+
+}  // namespace
+}  // namespace crane
