@@ -12,6 +12,7 @@
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
 #include "mapper/standby.hpp"
+#include "mapper/succession.hpp"
 #include "mapper/zone_book.hpp"
 #include "recording/calibration.hpp"
 #include "service/every.hpp"
@@ -44,8 +45,10 @@ class Service {
     auto positions =
         dds::Reader<dds::RangefinderPositionTopic>::create(context_.participant, &wakeup_);
     if (!positions) return positions.error();
-    auto others = dds::Reader<dds::MapStatusTopic>::create(context_.participant, &wakeup_);
-    if (!others) return others.error();
+    identity_.mapper = random_id();
+    identity_.mapper_start = SystemClock().now();
+    auto succession = Succession::create(context_.participant, &wakeup_, identity_.mapper);
+    if (!succession) return succession.error();
     auto hoist = dds::Reader<dds::HoistStateTopic>::create(context_.participant, &wakeup_);
     if (!hoist) return hoist.error();
     auto requests = dds::Reader<dds::TileRequestTopic>::create(context_.participant, &wakeup_);
@@ -55,13 +58,15 @@ class Service {
     auto zones = ZoneBook::open(context_.config.zones, options_.state);
     if (!zones) return zones.error();
 
-    identity_.mapper = random_id();
-    identity_.mapper_start = SystemClock().now();
-    auto serving = another_serves(*others);
-    if (!serving) return serving.error();
+    const bool serving = succession->another_serves([this] { return context_.stopping(); });
+    if (serving && !options_.standby)
+      return Error{
+          ErrorCode::kResource, "map_status",
+          "another mapper already serves crane " + std::to_string(crane()) + " in this domain",
+          "stop it, give this one another crane number or dds.domain, or start it with --standby"};
     MapStore store(options_.state);
     std::uint64_t revision = 0;
-    if (*serving) {
+    if (serving) {
       auto taken = stand_by(*positions, *hoist, *commands, *requests, *zones, store);
       if (!taken) return taken.error();
       if (!*taken) return {};  // stopped before it was needed
@@ -83,7 +88,7 @@ class Service {
     publisher->restore_revision(revision);
     if (auto sent = zone_sets->write(zones->set(crane(), identity_.map_id)); !sent) return sent;
     zones_revision_ = zones->revision();
-    if (*serving) {  // all of it goes out before the first heartbeat says that it is there
+    if (serving) {  // all of it goes out before the first heartbeat says that it is there
       if (auto sent = publisher->publish_tiles(builder_, true); !sent) return sent;
       beat(*publisher);
     }
@@ -94,7 +99,7 @@ class Service {
     Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
     while (!context_.stopping()) {
       wakeup_.wait_for(20ms);
-      if (auto alone = check_right(*others); !alone) return alone;
+      if (auto alone = succession->check_right(identity_.term); !alone) return alone;
       take_positions(*positions);
       take_hoist(*hoist);
       if (auto done = take_commands(*commands, *zones, *zone_sets); !done) return done;
@@ -134,54 +139,11 @@ class Service {
  private:
   [[nodiscard]] std::uint32_t crane() const { return context_.participant->settings().crane; }
 
-  /// Listens for a mapper that serves the crane: its heartbeat comes within 0.2 s once both know
-  /// each other. Error: Resource when there is one, and we are no standby.
-  Result<bool> another_serves(dds::Reader<dds::MapStatusTopic>& others) {
-    for (const Stopwatch watch; watch.ms() < 700 && !context_.stopping();) {
-      wakeup_.wait_for(50ms);
-      while (const auto other = others.take()) {
-        const v1::MapStatus& s = **other;
-        const bool alive = SystemClock().now() - s.time_ns() < 1500 * 1'000'000LL;
-        if (s.crane() != crane() || !alive) continue;
-        if (options_.standby) return true;
-        return Error{
-            ErrorCode::kResource, "map_status",
-            "another mapper already serves crane " + std::to_string(s.crane()) + " in this domain",
-            "stop it, give this one another crane number or dds.domain, or start it with "
-            "--standby"};
-      }
-    }
-    return false;
-  }
-
-  /// Only the mapper of the highest term is heard. Error: Resource when that is another one.
-  Result<void> check_right(dds::Reader<dds::MapStatusTopic>& others) {
-    while (const auto other = others.take()) {
-      const v1::MapStatus& s = **other;
-      if (s.mapper() == identity_.mapper || s.crane() != crane()) continue;
-      const auto term = static_cast<int>(s.term());
-      if (term > identity_.term || (term == identity_.term && s.mapper() > identity_.mapper))
-        return Error{ErrorCode::kResource, "map_status",
-                     "another mapper has taken over crane " + std::to_string(s.crane()) +
-                         " (term " + std::to_string(term) + ", ours " +
-                         std::to_string(identity_.term) + ")",
-                     "started again with --standby, this one waits behind it"};
-    }
-    return {};
-  }
-
-  /// Terms follow the clock, so that a mapper that starts alone is stronger than what subscribers
-  /// may still believe to serve: seconds since 2020, or one more than any that was heard.
-  static int next_term(int heard) {
-    constexpr TimeNs k2020 = 1'577'836'800 * kNsPerSecond;
-    return std::max(heard + 1, static_cast<int>((SystemClock().now() - k2020) / kNsPerSecond));
-  }
-
   /// A new map, or the one on disk: what subscribers hold of an earlier life is void, even where
   /// its content goes on. Returns the revision.
   Result<std::uint64_t> begin(MapStore& store) {
     identity_.map_id = random_id();
-    identity_.term = next_term(0);
+    identity_.term = Succession::next_term(0);
     if (options_.state.empty()) return std::uint64_t{0};
     auto state = store.load(builder_);
     if (!state) return state.error();
@@ -230,7 +192,7 @@ class Service {
       // The same map to subscribers, if it is: they hold it already.
       const v1::MapStatus& last = *standby.said();
       identity_.map_id = standby.current() ? last.map_id() : random_id();
-      identity_.term = next_term(static_cast<int>(last.term()));
+      identity_.term = Succession::next_term(static_cast<int>(last.term()));
       if (standby.zones()) zones.follow(*standby.zones());
       status.serve_as(v1::SERVICE_MAPPER);
       log_warning("the mapper is silent: takes over crane " + std::to_string(crane()) + " with " +

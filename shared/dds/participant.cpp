@@ -182,6 +182,13 @@ Participant::~Participant() {
   fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
 }
 
+TimeNs Participant::certificate_expires() const {
+  const Settings& s = impl_->settings;
+  if (s.security.empty()) return 0;
+  const auto files = check_security(s.security, s.identity);
+  return files ? files->expires : 0;
+}
+
 std::uint64_t Participant::refused_datagrams() const {
   return impl_->guard->refused;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/clock.hpp"
 #include "base/result.hpp"
 #include "dds/settings.hpp"
 
@@ -28,6 +29,8 @@ class Participant {
   Participant& operator=(const Participant&) = delete;
 
   [[nodiscard]] const Settings& settings() const;
+  /// When the certificate expires that we joined with; 0 without DDS Security.
+  [[nodiscard]] TimeNs certificate_expires() const;
   /// Datagrams that were refused before Fast DDS saw them.
   [[nodiscard]] std::uint64_t refused_datagrams() const;
 

@@ -36,6 +36,7 @@ StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer,
       participant_(std::move(participant)),
       service_(service),
       start_ns_(SystemClock().now()),
+      certificate_expires_(participant_->certificate_expires()),
       last_(std::chrono::steady_clock::now()) {}
 
 Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Participant>& participant,
@@ -98,6 +99,8 @@ void StatusReporter::tick(bool now) {
   static constexpr const char* kWords[] = {"ok", "degraded", "failed"};
   const std::string word = kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] +
                            (message.empty() ? "" : ": " + message);
+  if (certificate_expires_ > 0)
+    values["certificate_expires_seconds"] = double(certificate_expires_) * 1e-9;
   if (health_)
     health_->tell(
         {status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});

@@ -62,7 +62,7 @@ class StatusReporter {
   std::unique_ptr<HealthServer> health_;
   std::uint32_t service_;
   std::uint64_t sequence_ = 0;
-  TimeNs start_ns_;
+  TimeNs start_ns_, certificate_expires_;
   std::chrono::steady_clock::time_point last_;
 };
 
