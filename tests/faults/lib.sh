@@ -22,6 +22,7 @@ finish() {
   local code=$?
   trap - EXIT
   for pid in "${pids[@]}"; do kill -CONT "$pid" 2>/dev/null || true; kill "$pid" 2>/dev/null || true; done
+  pkill -TERM -f "$work/" || true  # what those started themselves: the folder's name is this run's own
   for _ in $(seq 50); do
     local left=0
     for pid in "${pids[@]}"; do kill -0 "$pid" 2>/dev/null && left=1; done
@@ -29,6 +30,7 @@ finish() {
     sleep 0.1
   done
   for pid in "${pids[@]}"; do kill -9 "$pid" 2>/dev/null || true; done
+  pkill -KILL -f "$work/" || true
   for space in "${spaces[@]}"; do ip netns del "$space" 2>/dev/null || true; done
   mountpoint -q "$work/disk" && umount -l "$work/disk"
   rm -rf "$work"
