@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
-#include <netdb.h>
 #include <sys/socket.h>
 #include <sys/timex.h>
 #include <unistd.h>
@@ -108,7 +107,8 @@ class Examination {
            const std::string& advice) {
     findings_.push_back({verdict, what, text, advice});
   }
-  void note(const std::string& what, const Result<void>& result, const std::string& when_good,
+  template <class T>
+  void note(const std::string& what, const Result<T>& result, const std::string& when_good,
             Verdict otherwise = Verdict::kBad) {
     if (result)
       good(what, when_good);
@@ -153,27 +153,14 @@ class Examination {
   }
 
   void shared_memory() {
-    const auto segment = static_cast<std::uint64_t>(dds_.shm_segment_mib) << 20U;
-    // A process' own segment, and what frames and clouds take between camera, stereo and mapper.
-    const std::uint64_t needed = segment + (dds_.security.empty() ? 88U << 20U : 0U);
+    const std::uint64_t needed = dds::shared_memory_needed(to_settings(config_, ""));
     note("shared memory", dds::check_shared_memory(needed),
          "/dev/shm has the " + std::to_string(needed >> 20U) + " MiB free that a process needs");
   }
 
   void names(const std::string& key, const std::vector<std::string>& hosts) {
-    for (const std::string& text : hosts) {
-      const std::string host = text.substr(0, text.rfind(':'));
-      addrinfo wanted{};
-      wanted.ai_family = AF_INET;
-      addrinfo* found = nullptr;
-      const int failed = getaddrinfo(host.c_str(), nullptr, &wanted, &found);
-      if (failed != 0)
-        bad(Verdict::kBad, key, "'" + host + "' has no address: " + gai_strerror(failed),
-            "check the name, or give an IPv4 address");
-      else
-        good(key, text + " has an address");
-      if (found != nullptr) freeaddrinfo(found);
-    }
+    for (const std::string& text : hosts)
+      note(key, dds::resolve_ipv4(text, key), text + " has an address");
   }
 
   void clock() {
@@ -205,9 +192,9 @@ class Examination {
             files.error().todo);
         continue;
       }
-      const auto days = (files->expires - SystemClock().now()) / kNsPerSecond / 86'400;
+      const auto days = files->days_left();
       const std::string text = name + ": certificate good for " + std::to_string(days) + " days";
-      if (days < 30)
+      if (days < dds::kRenewDays)
         bad(Verdict::kWarning, "security", text, "renew it with deploy/security/make");
       else
         good("security", text);
@@ -240,10 +227,7 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
   if (!observer)
     return {{Verdict::kBad, "joining", observer.error().where + ": " + observer.error().what,
              observer.error().todo}};
-  auto participant = dds::Participant::create(settings, "cranemap-doctor-reader");
-  if (!participant)
-    return {{Verdict::kBad, "joining", participant.error().text(), participant.error().todo}};
-  auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, nullptr);
+  auto statuses = dds::Reader<dds::ServiceStatusTopic>::create((*observer)->participant(), nullptr);
   if (!statuses)
     return {{Verdict::kBad, "joining", statuses.error().text(), statuses.error().todo}};
   // How late their words come: never early, and sometimes at once.
@@ -256,17 +240,15 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
     }
     std::this_thread::sleep_for(5ms);
   }
-  std::size_t others = 0;
-  for (const auto& peer : (*observer)->peers()) {
-    if (peer.name.rfind("cranemap-doctor", 0) == 0) continue;
-    ++others;
+  const auto peers = (*observer)->peers();
+  for (const auto& peer : peers) {
     if (peer.refused)
       out.push_back({Verdict::kBad, "peer", peer.guid + " is refused: it is not authenticated",
                      "give it a certificate of this plant's CA"});
     else
       out.push_back({Verdict::kGood, "peer", peer.name + " (" + peer.guid + ")", ""});
   }
-  if (others == 0)
+  if (peers.empty())
     out.push_back({Verdict::kWarning, "peers",
                    "nobody else is heard in " + std::to_string(int(std::ceil(seconds))) + " s",
                    "is a service running with the same dds section?"});

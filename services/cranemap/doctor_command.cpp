@@ -53,9 +53,8 @@ Command add_doctor_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "doctor",
-      "Why does no data come? Checks what the configured network needs of this host, then who is "
-      "on "
-      "it and\nwhose QoS, type, partition or clock does not fit; says what to do.\n"
+      "Why does no data come? Checks what the configured network needs of this host, then who\n"
+      "is on it and whose QoS, type, partition or clock does not fit; says what to do.\n"
       "Exit code 0: nothing is in the way; 3: something is.");
   add_site_options(*command, options->site);
   command->add_option("--seconds", options->seconds, "How long to look at the network; 0 = not")

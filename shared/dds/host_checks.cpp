@@ -1,5 +1,7 @@
 #include "dds/host_checks.hpp"
 
+#include <arpa/inet.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -40,6 +42,22 @@ Result<void> check_udp_ports(std::uint32_t domain) {
       ErrorCode::kResource, "DDS domain " + std::to_string(domain),
       "no free UDP port from " + std::to_string(first) + " to " + std::to_string(first + 240),
       "stop other participants of the domain, or choose another dds.domain"};
+}
+
+Result<std::string> resolve_ipv4(const std::string& text, const std::string& key) {
+  const std::string host = text.substr(0, text.rfind(':'));
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  addrinfo* found = nullptr;
+  if (const int failed = getaddrinfo(host.c_str(), nullptr, &wanted, &found); failed != 0)
+    return Error{ErrorCode::kResource, key,
+                 "'" + host + "' has no address: " + gai_strerror(failed),
+                 "check the name and the name server, or give an IPv4 address"};
+  char address[INET_ADDRSTRLEN] = "";
+  inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr, address,
+            sizeof address);
+  freeaddrinfo(found);
+  return std::string(address);
 }
 
 }  // namespace crane::dds

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "base/result.hpp"
 
@@ -12,5 +13,9 @@ Result<void> check_socket_buffers(std::uint32_t wanted);
 /// Error: Resource when no process can join the domain any more: all its UDP ports are taken.
 /// Fast DDS itself would join and hear nothing.
 Result<void> check_udp_ports(std::uint32_t domain);
+
+/// The first IPv4 address of "host" or "host:port", the host being a name or an address.
+/// Error: Resource when it has none; `key`: where it is configured.
+Result<std::string> resolve_ipv4(const std::string& text, const std::string& key);
 
 }  // namespace crane::dds

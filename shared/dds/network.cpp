@@ -1,12 +1,10 @@
 #include "dds/network.hpp"
 
-#include <arpa/inet.h>
 #include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/TCPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
-#include <netdb.h>
 
 #include <algorithm>
 #include <charconv>
@@ -14,6 +12,7 @@
 #include <string>
 
 #include "base/log.hpp"
+#include "dds/host_checks.hpp"
 
 namespace crane::dds {
 namespace {
@@ -26,28 +25,16 @@ using rtps::IPLocator;
 /// Participants of a host that a peer's address reaches.
 constexpr std::uint32_t kParticipantsPerHost = 32;
 
-/// "host" or "host:port"; the host's first IPv4 address.
+/// Of "host" or "host:port".
 Result<rtps::Locator_t> locator(const std::string& text, std::int32_t kind, const char* key) {
-  const auto colon = text.rfind(':');
-  const std::string host = text.substr(0, colon);
+  const auto address = resolve_ipv4(text, std::string("dds.") + key);
+  if (!address) return address.error();
   int port = 0;
-  if (colon != std::string::npos)
+  if (const auto colon = text.rfind(':'); colon != std::string::npos)
     std::from_chars(text.data() + colon + 1, text.data() + text.size(), port);
-  addrinfo wanted{};
-  wanted.ai_family = AF_INET;
-  addrinfo* found = nullptr;
-  const int failed = getaddrinfo(host.c_str(), nullptr, &wanted, &found);
-  if (failed != 0)
-    return Error{ErrorCode::kResource, std::string("dds.") + key,
-                 "'" + host + "' has no address: " + gai_strerror(failed),
-                 "check the name and the name server, or give an IPv4 address"};
-  char address[INET_ADDRSTRLEN] = "";
-  inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr, address,
-            sizeof address);
-  freeaddrinfo(found);
   rtps::Locator_t out;
   out.kind = kind;
-  IPLocator::setIPv4(out, address);
+  IPLocator::setIPv4(out, *address);
   if (kind == LOCATOR_KIND_TCPv4)
     IPLocator::setPhysicalPort(out, static_cast<std::uint16_t>(port));
   else

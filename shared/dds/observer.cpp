@@ -55,7 +55,7 @@ struct NetworkObserver::Impl final : fdds::DomainParticipantListener {
   mutable std::mutex mutex;
   std::map<std::string, Peer> peers;
   std::set<std::string> mismatches;
-  std::shared_ptr<Participant> joined;
+  std::shared_ptr<Participant> joined;  ///< last: it ends before what it tells
 
   static std::string text(const rtps::GuidPrefix_t& prefix) {
     std::ostringstream s;
@@ -128,8 +128,10 @@ struct NetworkObserver::Impl final : fdds::DomainParticipantListener {
 
 NetworkObserver::NetworkObserver(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-NetworkObserver::~NetworkObserver() {
-  if (impl_->joined) impl_->joined->impl().participant->set_listener(nullptr);
+NetworkObserver::~NetworkObserver() = default;
+
+const std::shared_ptr<Participant>& NetworkObserver::participant() const {
+  return impl_->joined;
 }
 
 Result<std::unique_ptr<NetworkObserver>> NetworkObserver::create(const Settings& settings) {

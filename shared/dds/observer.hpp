@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "dds/settings.hpp"
+#include "dds/participant.hpp"
 
 namespace crane::dds {
 
@@ -15,6 +15,9 @@ class NetworkObserver {
  public:
   static Result<std::unique_ptr<NetworkObserver>> create(const Settings& settings);
   ~NetworkObserver();
+
+  /// By which it looks on, and others may read.
+  [[nodiscard]] const std::shared_ptr<Participant>& participant() const;
 
   struct Peer {
     std::string name, guid;

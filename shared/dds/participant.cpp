@@ -25,10 +25,6 @@ namespace {
 namespace fdds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
-/// What this host's processes need in /dev/shm beside the transport segment: nine frames and five
-/// clouds of full size in data-sharing pools.
-constexpr std::uint64_t kZeroCopyBytes = 88U << 20U;
-
 std::atomic<int>& participants() {
   static std::atomic<int> made{0};
   return made;
@@ -126,15 +122,16 @@ Result<std::shared_ptr<Participant>> Participant::create(
   prepare_library();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
-  // Security keeps Fast DDS from sharing memory without a copy.
-  impl->zero_copy = settings.transport != Transport::kUdp && settings.security.empty();
+  impl->zero_copy = zero_copy(settings);
 
   fdds::DomainParticipantQos qos;
   if (!settings.profile_file.empty()) {
     if (auto loaded = load_profile(settings, qos); !loaded) return loaded.error();
   } else {
     if (auto set = set_network(qos, settings); !set) return set.error();
-    if (auto set = set_security(qos, settings); !set) return set.error();
+    auto expires = set_security(qos, settings);
+    if (!expires) return expires.error();
+    impl->certificate_expires = *expires;
     if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
       log_warning(buffers.error().text());
   }
@@ -143,9 +140,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
     const auto removed = remove_stale_segments();
     if (removed > 0)
       log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
-    const std::uint64_t pools = impl->zero_copy ? kZeroCopyBytes : 0;
-    if (auto room = check_shared_memory(settings.shm_segment_bytes + pools); !room)
-      return room.error();
+    if (auto room = check_shared_memory(shared_memory_needed(settings)); !room) return room.error();
   }
   if (settings.guard_datagrams) guard_transports(qos, impl->guard);
   qos.name(name);
@@ -183,10 +178,7 @@ Participant::~Participant() {
 }
 
 TimeNs Participant::certificate_expires() const {
-  const Settings& s = impl_->settings;
-  if (s.security.empty()) return 0;
-  const auto files = check_security(s.security, s.identity);
-  return files ? files->expires : 0;
+  return impl_->certificate_expires;
 }
 
 std::uint64_t Participant::refused_datagrams() const {

@@ -25,7 +25,8 @@ class RefusalLog final : public eprosima::fastdds::dds::DomainParticipantListene
 struct Participant::Impl {
   RefusalLog refusals;
   Settings settings;
-  bool zero_copy = true;  ///< data-sharing may be used
+  bool zero_copy = true;           ///< data-sharing may be used
+  TimeNs certificate_expires = 0;  ///< 0 without DDS Security
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

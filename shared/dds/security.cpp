@@ -47,6 +47,10 @@ Error wrong(const std::string& file, const std::string& what) {
 
 }  // namespace
 
+std::int64_t SecurityFiles::days_left() const {
+  return (expires - SystemClock().now()) / kDay;
+}
+
 Result<SecurityFiles> check_security(const std::string& folder, const std::string& identity) {
   SecurityFiles f;
   f.ca = folder + "/ca.pem";
@@ -83,14 +87,13 @@ Result<SecurityFiles> check_security(const std::string& folder, const std::strin
   return f;
 }
 
-Result<void> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
-                          const Settings& settings) {
-  if (settings.security.empty()) return {};
+Result<TimeNs> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                            const Settings& settings) {
+  if (settings.security.empty()) return TimeNs{0};
   auto files = check_security(settings.security, settings.identity);
   if (!files) return files.error();
-  const TimeNs left = files->expires - SystemClock().now();
-  if (left < 30 * kDay)
-    log_warning(files->certificate + " expires in " + std::to_string(left / kDay) +
+  if (files->days_left() < kRenewDays)
+    log_warning(files->certificate + " expires in " + std::to_string(files->days_left()) +
                 " days: renew it with deploy/security/make, then restart");
   const auto set = [&qos](const std::string& name, const std::string& value) {
     qos.properties().properties().emplace_back("dds.sec." + name, value);
@@ -104,7 +107,7 @@ Result<void> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
   set("access.builtin.Access-Permissions.governance", "file://" + files->governance);
   set("access.builtin.Access-Permissions.permissions", "file://" + files->permissions);
   set("crypto.plugin", "builtin.AES-GCM-GMAC");
-  return {};
+  return files->expires;
 }
 
 }  // namespace crane::dds

@@ -16,15 +16,19 @@ namespace crane::dds {
 struct SecurityFiles {
   std::string ca, governance, certificate, key, permissions;
   TimeNs expires = 0;  ///< certificate or CA, whichever comes first
+  [[nodiscard]] std::int64_t days_left() const;
 };
+
+/// So many days before it expires a certificate is to be renewed.
+inline constexpr std::int64_t kRenewDays = 30;
 
 /// Error: Configuration when a file is missing, is not what it should be, is not signed by the
 /// folder's CA, or has expired; with what to do.
 Result<SecurityFiles> check_security(const std::string& folder, const std::string& identity);
 
 /// DDS Security by the settings' folder and identity; nothing when there is none. Warns in the log
-/// from 30 days before a certificate expires.
-Result<void> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
-                          const Settings& settings);
+/// from kRenewDays before a certificate expires. Returns when it does; 0 without security.
+Result<TimeNs> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                            const Settings& settings);
 
 }  // namespace crane::dds

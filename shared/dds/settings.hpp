@@ -38,4 +38,9 @@ struct Settings {
   std::string profile_file, profile_name;
 };
 
+/// Whether samples may be shared without a copy: DDS Security keeps Fast DDS from it.
+inline bool zero_copy(const Settings& settings) {
+  return settings.transport != Transport::kUdp && settings.security.empty();
+}
+
 }  // namespace crane::dds

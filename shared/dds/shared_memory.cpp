@@ -142,6 +142,13 @@ std::size_t remove_stale_segments(const std::string& directory) {
   return removed + remove_abandoned_ports(dir);
 }
 
+std::uint64_t shared_memory_needed(const Settings& settings) {
+  /// Nine frames and five clouds of full size in data-sharing pools.
+  constexpr std::uint64_t kZeroCopyBytes = 88U << 20U;
+  if (settings.transport == Transport::kUdp) return 0;
+  return settings.shm_segment_bytes + (zero_copy(settings) ? kZeroCopyBytes : 0);
+}
+
 Result<void> check_shared_memory(std::uint64_t needed, const std::string& directory) {
   struct statvfs stat {};
   if (statvfs(directory.c_str(), &stat) != 0)

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/result.hpp"
+#include "dds/settings.hpp"
 
 namespace crane::dds {
 
@@ -29,6 +30,10 @@ class SegmentLock {
 /// that nobody holds, and Fast DDS transport segments and ports whose own lock files nobody holds.
 /// What a living process uses is never touched. Returns the number of files removed.
 std::size_t remove_stale_segments(const std::string& directory = "/dev/shm");
+
+/// What a process of these settings needs there: its own segment, and beside it what frames and
+/// clouds take on their way without a copy. 0 without shared memory.
+std::uint64_t shared_memory_needed(const Settings& settings);
 
 /// Error: Resource when the directory has less than `needed` bytes free or cannot be written;
 /// Fast DDS itself would end with SIGBUS and no message.

@@ -124,3 +124,10 @@ pipeline() {
 
 # of KEY FILE: a value of what 'cranemap status' printed.
 of() { awk -v key="$1:" '$1 == key { print $2; exit }' "$2"; }
+
+# status [FRAMES]: waits for a valid and complete map of $work/site.yaml, with so many frames in it; what it is like is in
+# $work/status then.
+status() {
+  "$bin/cranemap" status --config "$work/site.yaml" --wait 20 --frames "${1:-1}" > "$work/status" ||
+    fail "no map: $(cat "$work/status")"
+}

@@ -22,14 +22,6 @@ namespace {
 using namespace std::chrono_literals;
 using Steady = std::chrono::steady_clock;
 
-bool eventually(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
-  for (const auto end = Steady::now() + limit; Steady::now() < end;) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(20ms);
-  }
-  return condition();
-}
-
 const std::vector<std::string> kServices = {"camera",    "rangefinder", "stereo",   "mapper",
                                             "clearance", "ros2-mirror", "discovery"};
 

@@ -76,6 +76,15 @@ Finished run(std::vector<std::string> arguments, const fs::path& folder, double 
   return {code, process.output()};
 }
 
+bool eventually(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
+  using Steady = std::chrono::steady_clock;
+  for (const auto end = Steady::now() + limit; Steady::now() < end;) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(20ms);
+  }
+  return condition();
+}
+
 std::string next_domain() {
   // ctest starts one process a test: the process id tells them apart.
   static int count = 0;

@@ -2,7 +2,9 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,9 @@ struct Finished {
 };
 Finished run(std::vector<std::string> arguments, const std::filesystem::path& folder,
              double limit_s = 120);
+
+/// Waits for a condition.
+bool eventually(std::chrono::milliseconds limit, const std::function<bool()>& condition);
 
 /// A domain of its own for each call, so that tests never meet.
 std::string next_domain();

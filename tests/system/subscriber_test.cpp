@@ -23,14 +23,6 @@ std::unique_ptr<client::Map> join(const std::string& domain) {
   return map;
 }
 
-bool eventually(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
-  for (const auto end = Steady::now() + limit; Steady::now() < end;) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(20ms);
-  }
-  return condition();
-}
-
 void stop(std::list<Process>& services) {
   for (Process& service : services) service.signal(SIGTERM);
   for (Process& service : services) EXPECT_EQ(service.wait(10), 0) << service.output();
