@@ -84,13 +84,13 @@ Bodies HoistTracker::bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m)
 }
 
 std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& trolley,
-                                std::chrono::nanoseconds gap, OccupancyMap& map) {
+                                OccupancyMap& map) {
   std::size_t proven = 0;
   while (!unproven_.empty()) {
     const HoistReading r = unproven_.front();
     Eigen::Vector2d gantry;
-    const auto x = cart.at(r.time, gap, gantry.x());
-    const auto y = trolley.at(r.time, gap, gantry.y());
+    const auto x = cart.at(r.time, gantry.x());
+    const auto y = trolley.at(r.time, gantry.y());
     using Lookup = PositionTrack::Lookup;
     if (x == Lookup::kNotYet || y == Lookup::kNotYet) break;
     unproven_.pop_front();

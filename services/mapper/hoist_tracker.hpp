@@ -33,8 +33,7 @@ class HoistTracker {
   [[nodiscard]] Bodies bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const;
   /// Marks what hook and load have passed since the last call, as far as positions are known.
   /// Returns the number of voxels.
-  std::size_t prove(const PositionTrack& cart, const PositionTrack& trolley,
-                    std::chrono::nanoseconds max_gap, OccupancyMap& map);
+  std::size_t prove(const PositionTrack& cart, const PositionTrack& trolley, OccupancyMap& map);
 
  private:
   struct Boxes {

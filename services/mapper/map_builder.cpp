@@ -7,6 +7,8 @@ namespace crane {
 namespace {
 
 constexpr double kDefaultVoxel = 0.05;
+/// Positions that a player lost are sent again after 1.5 s; a killed neighbour can hold them up.
+constexpr TimeNs kReplayPatience = 6 * kNsPerSecond;
 
 double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
   if (c.voxel_m > 0) return c.voxel_m;
@@ -20,6 +22,11 @@ std::size_t bytes(const MapperConfig& c) {
 
 IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
   return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
+}
+
+PositionTrack make_track(const MapperConfig& c) {
+  return {c.rangefinder_min_m, c.rangefinder_max_m,
+          std::chrono::milliseconds(c.max_position_gap_ms)};
 }
 
 std::optional<PaperMapper> make_paper(const MapperConfig& c) {
@@ -62,8 +69,8 @@ MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig, const H
       map_(std::make_unique<OccupancyMap>(choose_voxel(config, rig), bytes(config))),
       integrator_(heights(config, rig)),
       paper_(make_paper(config)),
-      cart_(config.rangefinder_min_m, config.rangefinder_max_m),
-      trolley_(config.rangefinder_min_m, config.rangefinder_max_m),
+      cart_(make_track(config)),
+      trolley_(make_track(config)),
       hoist_(hoist, rig.camera_height_m()),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
       forgetting_(config.method == MapperConfig::Method::kPaper ? 0 : config.forget_s) {}
@@ -162,11 +169,10 @@ void MapBuilder::add_cloud(CloudSample cloud, TimeNs now) {
 MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   double cart_m = 0;
   double trolley_m = 0;
-  const std::chrono::milliseconds gap(config_.max_position_gap_ms);
-  const auto cart = cart_.at(cloud.exposure_time, gap, cart_m);
-  const auto trolley = trolley_.at(cloud.exposure_time, gap, trolley_m);
+  const auto cart = cart_.at(cloud.exposure_time, cart_m);
+  const auto trolley = trolley_.at(cloud.exposure_time, trolley_m);
   using Lookup = PositionTrack::Lookup;
-  if (cart == Lookup::kGap || trolley == Lookup::kGap) return Placing::kNever;
+  if (cart == Lookup::kGap || trolley == Lookup::kGap) return Placing::kGap;
   if (cart == Lookup::kNotYet || trolley == Lookup::kNotYet) return Placing::kWait;
   // Hook and load may have moved until the exposure: their next state is waited for, but not long.
   if (hoist_.used() && !hoist_.reaches(cloud.exposure_time) &&
@@ -182,18 +188,24 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   return Placing::kPlaced;
 }
 
+TimeNs MapBuilder::patience(const CloudSample& cloud, Placing placing) const {
+  const TimeNs live = placing == Placing::kWait ? TimeNs(config_.position_wait_ms) * 1'000'000 : 0;
+  const bool sent_again = cloud.after >= 0;
+  return sent_again && !gave_up_ ? std::max(live, kReplayPatience) : live;
+}
+
 bool MapBuilder::step(TimeNs now) {
   if (pending_.empty()) return false;
   CloudSample& cloud = pending_.front();
   const Placing placing = place(cloud, now);
-  if (placing == Placing::kWait) {
-    if (now - cloud.arrival_time < TimeNs(config_.position_wait_ms) * 1'000'000) return false;
-    dropped.add("no position: none arrived after the exposure");
-    account_for(cloud, false);
-  } else if (placing == Placing::kNever) {
-    dropped.add("no position: gap around the exposure");
+  if (placing != Placing::kPlaced) {
+    if (now - cloud.arrival_time < patience(cloud, placing)) return false;
+    dropped.add(placing == Placing::kWait ? "no position: none arrived after the exposure"
+                                          : "no position: gap around the exposure");
+    gave_up_ = true;
     account_for(cloud, false);
   } else {
+    gave_up_ = false;
     ages_.at_exposure(cloud.exposure_time, now);
     forgetting_.advance(ages_.time(), *map_);
     cut_out_hoist(cloud);
@@ -206,8 +218,7 @@ bool MapBuilder::step(TimeNs now) {
 void MapBuilder::cut_out_hoist(CloudSample& cloud) {
   if (!hoist_.used()) return;
   const Stopwatch watch;
-  const std::chrono::milliseconds gap(config_.max_position_gap_ms);
-  hoist_.prove(cart_, trolley_, gap, *map_);
+  hoist_.prove(cart_, trolley_, *map_);
   hoist_known_ = hoist_.known_at(cloud.exposure_time);
   if (hoist_known_ == HoistKnown::kLost) dropped.add("frame without hoist_state: cut out widely");
   cut_out_ += mask_bodies(hoist_.bodies_at(cloud.exposure_time, cloud.gantry_m), cloud.frame,

@@ -107,8 +107,11 @@ class MapBuilder {
   DropCounts dropped;
 
  private:
-  enum class Placing { kPlaced, kWait, kNever };
+  enum class Placing { kPlaced, kWait, kGap };
   Placing place(CloudSample& cloud, TimeNs now);
+  /// How long a cloud waits that cannot be placed. What a player sends again until it is accounted
+  /// for waits longer, unless the cloud before it did so in vain.
+  [[nodiscard]] TimeNs patience(const CloudSample& cloud, Placing placing) const;
   void account_for(const CloudSample& cloud, bool integrated);
   void cut_out_hoist(CloudSample& cloud);
   void integrate(CloudSample& cloud);
@@ -129,6 +132,7 @@ class MapBuilder {
   std::uint64_t position_stream_ = 0;
   TimeNs last_arrival_ = 0;
   std::int64_t newest_queued_ = -1;
+  bool gave_up_ = false;  ///< the last cloud had no position
   std::uint64_t dropped_points_ = 0, cut_out_ = 0;
 };
 

@@ -147,8 +147,8 @@ class Mirror {
     if (time <= sent_until_) return {};
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     using Lookup = PositionTrack::Lookup;
-    if (cart_.at(time, 200ms, T.translation().x()) != Lookup::kFound ||
-        trolley_.at(time, 200ms, T.translation().y()) != Lookup::kFound)
+    if (cart_.at(time, T.translation().x()) != Lookup::kFound ||
+        trolley_.at(time, T.translation().y()) != Lookup::kFound)
       return {};
     sent_until_ = time;
     tf2_msgs::msg::dds_::TFMessage_ m;
@@ -244,7 +244,7 @@ class Mirror {
   std::optional<dds::Writer<dds::ros2::TfTopic>> tf_;
   std::optional<dds::Writer<dds::ros2::TfStaticTopic>> tf_static_;
   std::optional<dds::Writer<dds::ros2::DiagnosticsTopic>> diagnostics_;
-  PositionTrack cart_{-1e6, 1e6, 400}, trolley_{-1e6, 1e6, 400};
+  PositionTrack cart_{-1e6, 1e6, 200ms, 400}, trolley_{-1e6, 1e6, 200ms, 400};
   std::uint64_t position_stream_ = 0, heights_revision_ = 0;
   TimeNs newest_[2] = {0, 0}, sent_until_ = 0;
   std::optional<Eigen::Matrix3d> turn_;

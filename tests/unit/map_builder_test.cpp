@@ -110,6 +110,35 @@ TEST_F(MapBuilderTest, WithoutAnyPositionNothingIsMapped) {
   EXPECT_TRUE(builder_.map().tiles().empty());
 }
 
+TEST_F(MapBuilderTest, ACloudThatAPlayerSendsAgainWaitsForPositionsThatAreSentAgain) {
+  const auto replayed = [](std::uint64_t number, TimeNs exposure) {
+    CloudSample c = cloud(number, exposure);
+    c.after = static_cast<std::int64_t>(number) - 1;
+    return c;
+  };
+  positions(kT0 - 200 * kMs, kT0);
+  builder_.add_cloud(replayed(0, kT0), clock_.now());
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  positions(kT0 + 1000 * kMs, kT0 + 1200 * kMs);  // those before were lost
+  builder_.add_cloud(replayed(1, kT0 + 100 * kMs), clock_.now());
+  EXPECT_FALSE(builder_.step(clock_.now()));
+  clock_.advance(std::chrono::seconds(2));
+  EXPECT_FALSE(builder_.step(clock_.now()));
+  positions(kT0 - 900 * kMs, kT0 + 1200 * kMs);
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_EQ(builder_.account().integrated, 2U);
+  // Where none come, only the first waits long: it ends.
+  builder_.add_cloud(replayed(2, kT0 + 1300 * kMs), clock_.now());
+  builder_.add_cloud(replayed(3, kT0 + 1400 * kMs), clock_.now());
+  clock_.advance(std::chrono::milliseconds(5900));
+  EXPECT_FALSE(builder_.step(clock_.now()));
+  clock_.advance(std::chrono::milliseconds(200));
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_TRUE(builder_.step(clock_.now()));
+  EXPECT_EQ(builder_.account().rejected, 2U);
+  EXPECT_EQ(builder_.account().missing, 0U);
+}
+
 TEST_F(MapBuilderTest, ARangefinderGapIsNotBridged) {
   positions(kT0 - 200 * kMs, kT0);
   positions(kT0 + 300 * kMs, kT0 + 400 * kMs);
