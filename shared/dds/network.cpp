@@ -2,6 +2,7 @@
 
 #include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/TCPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/TransportInterface.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
@@ -89,7 +90,7 @@ Result<void> set_servers(const Settings& settings,
 }  // namespace
 
 Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
-                         const Settings& settings) {
+                         const Settings& settings, std::uint32_t shm_port) {
   const bool wan = settings.transport == Transport::kWan;
   auto& transports = qos.transport().user_transports;
   qos.transport().use_builtin_transports = false;
@@ -105,6 +106,12 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
     shm->port_queue_capacity(1024);
     shm->healthy_check_timeout_ms(150);
     transports.push_back(shm);
+    auto& data = qos.wire_protocol().default_unicast_locator_list;
+    const std::unique_ptr<ert::TransportInterface> maker(shm->create_transport());
+    maker->getDefaultUnicastLocators(data, shm_port);
+    rtps::Locator_t by_rule;  // port 0: that of domain and participant
+    by_rule.kind = LOCATOR_KIND_UDPv4;
+    data.push_back(by_rule);
   }
   if (wan) {
     auto tcp = std::make_shared<ert::TCPv4TransportDescriptor>();

@@ -124,11 +124,20 @@ Result<std::shared_ptr<Participant>> Participant::create(
   impl->settings = settings;
   impl->zero_copy = zero_copy(settings);
 
+  if (settings.transport != Transport::kUdp) {
+    const auto removed = remove_stale_segments();
+    if (removed > 0)
+      log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
+    if (auto room = check_shared_memory(shared_memory_needed(settings)); !room) return room.error();
+    auto port = claim_shm_port();
+    if (!port) return port.error();
+    impl->shm_port = std::move(*port);
+  }
   fdds::DomainParticipantQos qos;
   if (!settings.profile_file.empty()) {
     if (auto loaded = load_profile(settings, qos); !loaded) return loaded.error();
   } else {
-    if (auto set = set_network(qos, settings); !set) return set.error();
+    if (auto set = set_network(qos, settings, impl->shm_port.number); !set) return set.error();
     auto expires = set_security(qos, settings);
     if (!expires) return expires.error();
     impl->certificate_expires = *expires;
@@ -136,12 +145,6 @@ Result<std::shared_ptr<Participant>> Participant::create(
       log_warning(buffers.error().text());
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
-  if (settings.transport != Transport::kUdp) {
-    const auto removed = remove_stale_segments();
-    if (removed > 0)
-      log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
-    if (auto room = check_shared_memory(shared_memory_needed(settings)); !room) return room.error();
-  }
   if (settings.guard_datagrams) guard_transports(qos, impl->guard);
   qos.name(name);
   ++participants();
@@ -156,7 +159,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
                  "check dds.interfaces against 'ip address'"};
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
-  if (settings.transport != Transport::kUdp) impl->lock = SegmentLock(prefix.str());
+  if (settings.transport != Transport::kUdp) impl->segments = mark_segments(prefix.str());
 
   const std::string partition = "crane_" + std::to_string(settings.crane);
   fdds::PublisherQos publisher_qos;

@@ -32,7 +32,8 @@ struct Participant::Impl {
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
   std::mutex mutex;
   std::map<std::string, eprosima::fastdds::dds::Topic*> topics;
-  SegmentLock lock;
+  HeldFile segments;  ///< where shared memory is used
+  ShmPort shm_port;
   std::shared_ptr<GuardCounts> guard = std::make_shared<GuardCounts>();
 };
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -18,6 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kLockPrefix = "cranemap_lock_";
+constexpr const char* kClaimPrefix = "cranemap_port_";
+/// Beyond those that Fast DDS reckons from domain and participant.
+constexpr std::uint32_t kFirstPort = 1'000'000;
+constexpr std::uint32_t kPorts = 4096;
 
 /// Holds a lock on a file if nobody else does.
 class TryLock {
@@ -70,44 +75,74 @@ bool older_than_a_second(const fs::path& path) {
   return !failed && fs::file_time_type::clock::now() - written > std::chrono::seconds(1);
 }
 
-/// Ports without lock files: a listener's lock went with it, but a killed sender still counts as a
-/// user of the port. Nobody has them open.
-std::size_t remove_abandoned_ports(const fs::path& directory) {
+/// Ports that nobody listens at (exclusive and shared lock) and nobody has open. One that a sender
+/// has open stays, so that no other listener gets its number: the sender would go on writing into
+/// the removed file. A killed sender leaves no lock, only the file.
+std::size_t remove_stale_ports(const fs::path& directory) {
   std::size_t removed = 0;
   std::optional<std::set<std::string>> mapped;
   for (const std::string& name : names_in(directory)) {
-    if (!name.starts_with("fastrtps_port") || name.ends_with("_el") || name.ends_with("_sl") ||
-        fs::exists(directory / (name + "_el")) || fs::exists(directory / (name + "_sl")) ||
-        !older_than_a_second(directory / name))
+    if (!name.starts_with("fastrtps_port") || name.ends_with("_el") || name.ends_with("_sl"))
       continue;
+    const fs::path exclusive_file = directory / (name + "_el");
+    const fs::path shared_file = directory / (name + "_sl");
+    std::optional<TryLock> exclusive, shared;
+    if (fs::exists(exclusive_file)) exclusive.emplace(exclusive_file);
+    if (fs::exists(shared_file)) shared.emplace(shared_file);
+    if ((exclusive && !exclusive->held()) || (shared && !shared->held())) continue;
+    if (!exclusive && !shared && !older_than_a_second(directory / name)) continue;
     if (!mapped) mapped = mapped_files(directory);
     if (mapped->contains(name)) continue;
-    removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex"));
+    removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex")) +
+               remove_file(shared_file) + remove_file(exclusive_file);
   }
   return removed;
 }
 
 }  // namespace
 
-SegmentLock::SegmentLock(const std::string& guid_prefix, const std::string& directory)
-    : path_(directory + "/" + kLockPrefix + guid_prefix),
-      file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-  if (file_ >= 0) flock(file_, LOCK_EX | LOCK_NB);
+std::optional<HeldFile> HeldFile::take(const std::string& path) {
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) return std::nullopt;
+  struct stat ours {
+  }, there{};
+  // Whoever held it may have removed it before it was locked here.
+  if (flock(file, LOCK_EX | LOCK_NB) == 0 && fstat(file, &ours) == 0 &&
+      stat(path.c_str(), &there) == 0 && ours.st_ino == there.st_ino)
+    return HeldFile(path, file);
+  close(file);
+  return std::nullopt;
 }
 
-SegmentLock::~SegmentLock() {
+HeldFile::~HeldFile() {
   if (file_ < 0) return;
   unlink(path_.c_str());
   close(file_);
 }
 
-SegmentLock::SegmentLock(SegmentLock&& other) noexcept
+HeldFile::HeldFile(HeldFile&& other) noexcept
     : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)) {}
 
-SegmentLock& SegmentLock::operator=(SegmentLock&& other) noexcept {
+HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(file_, other.file_);
   return *this;
+}
+
+HeldFile mark_segments(const std::string& guid_prefix, const std::string& directory) {
+  return HeldFile::take(directory + "/" + kLockPrefix + guid_prefix).value_or(HeldFile());
+}
+
+Result<ShmPort> claim_shm_port(const std::string& directory) {
+  for (std::uint32_t i = 0; i < kPorts; ++i) {
+    const std::string number = std::to_string(kFirstPort + i);
+    auto claim = HeldFile::take(directory + "/" + kClaimPrefix + number);
+    if (claim && !fs::exists(directory + "/fastrtps_port" + number))
+      return ShmPort{kFirstPort + i, std::move(*claim)};
+  }
+  return Error{ErrorCode::kResource, directory, "has no free port of shared memory",
+               "end what is no longer needed, check that it is writable for this user, or set "
+               "dds.shared_memory: false"};
 }
 
 std::size_t remove_stale_segments(const std::string& directory) {
@@ -123,23 +158,16 @@ std::size_t remove_stale_segments(const std::string& directory) {
         if (segment.starts_with("fast_datasharing_" + prefix))
           removed += remove_file(dir / segment);
       removed += remove_file(dir / name);
-    } else if (name.starts_with("fastrtps_port") && name.ends_with("_el")) {
-      // A port belongs to whoever listens (exclusive lock) and to all that send (shared lock).
-      const std::string port = name.substr(0, name.size() - 3);
-      const TryLock exclusive(dir / name);
-      const fs::path shared_file = dir / (port + "_sl");
-      std::optional<TryLock> shared;
-      if (fs::exists(shared_file)) shared.emplace(shared_file);
-      if (!exclusive.held() || (shared && !shared->held())) continue;
-      removed += remove_file(dir / port) + remove_file(dir / ("sem." + port + "_mutex")) +
-                 remove_file(shared_file) + remove_file(dir / name);
-    } else if (name.starts_with("fastrtps_") && name.ends_with("_el")) {
+    } else if (name.starts_with(kClaimPrefix)) {
+      if (const TryLock lock(dir / name); lock.held()) removed += remove_file(dir / name);
+    } else if (name.starts_with("fastrtps_") && !name.starts_with("fastrtps_port") &&
+               name.ends_with("_el")) {
       const TryLock exclusive(dir / name);
       if (!exclusive.held()) continue;
       removed += remove_file(dir / name.substr(0, name.size() - 3)) + remove_file(dir / name);
     }
   }
-  return removed + remove_abandoned_ports(dir);
+  return removed + remove_stale_ports(dir);
 }
 
 std::uint64_t shared_memory_needed(const Settings& settings) {

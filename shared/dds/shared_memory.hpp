@@ -2,33 +2,51 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "base/result.hpp"
 #include "dds/settings.hpp"
 
 namespace crane::dds {
 
-/// Marks the data-sharing segments of one participant as living: a file in /dev/shm, locked as
-/// long as the process lives. The kernel drops the lock with the process, however it ends, and
-/// the lock is seen across containers that share /dev/shm, unlike a process id.
-class SegmentLock {
+/// A file in /dev/shm that is locked as long as the process lives. The kernel drops the lock with
+/// the process, however it ends, and the lock is seen across containers that share /dev/shm, unlike
+/// a process id.
+class HeldFile {
  public:
-  SegmentLock() = default;
-  /// `guid_prefix`: as Fast DDS puts it into the names of its segments.
-  explicit SegmentLock(const std::string& guid_prefix, const std::string& directory = "/dev/shm");
-  ~SegmentLock();
-  SegmentLock(SegmentLock&& other) noexcept;
-  SegmentLock& operator=(SegmentLock&& other) noexcept;
+  HeldFile() = default;
+  /// Nothing when another holds it, or the directory cannot be written.
+  static std::optional<HeldFile> take(const std::string& path);
+  ~HeldFile();
+  HeldFile(HeldFile&& other) noexcept;
+  HeldFile& operator=(HeldFile&& other) noexcept;
 
  private:
+  HeldFile(std::string path, int file) : path_(std::move(path)), file_(file) {}
+
   std::string path_;
   int file_ = -1;
 };
 
+/// Marks the data-sharing segments of one participant as living.
+/// `guid_prefix`: as Fast DDS puts it into the names of its segments.
+HeldFile mark_segments(const std::string& guid_prefix, const std::string& directory = "/dev/shm");
+
+/// A port of Fast DDS's shared-memory transport that nobody listens at, and that no killed process
+/// listened at whom living ones still have open: those go on writing to that one, unheard. By its
+/// own rule Fast DDS gives a restarted process the port of the killed one.
+struct ShmPort {
+  std::uint32_t number = 0;
+  HeldFile claim;
+};
+/// Error: Resource when the directory cannot be written, or all 4096 are taken.
+Result<ShmPort> claim_shm_port(const std::string& directory = "/dev/shm");
+
 /// Removes what dead processes left in shared memory: data-sharing segments with one of our locks
 /// that nobody holds, and Fast DDS transport segments and ports whose own lock files nobody holds.
-/// What a living process uses is never touched. Returns the number of files removed.
+/// What a living process uses or has open is never touched. Returns the number of files removed.
 std::size_t remove_stale_segments(const std::string& directory = "/dev/shm");
 
 /// What a process of these settings needs there: its own segment, and beside it what frames and

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -20,7 +21,7 @@ void touch(const std::string& path) {
 
 TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
   const test::TempFolder shm;
-  const SegmentLock living("aaaa", shm.path());
+  const HeldFile living = mark_segments("aaaa", shm.path());
   touch(shm / "fast_datasharing_aaaa.0.1.3_0.0.1.3");
   touch(shm / "cranemap_lock_bbbb");  // a lock file that nobody holds: its owner was killed
   touch(shm / "fast_datasharing_bbbb.0.1.3_0.0.1.3");
@@ -53,8 +54,41 @@ TEST(StaleSegments, OfDeadProcessesGoAndThoseOfLivingOnesStay) {
 
 TEST(StaleSegments, ALockGoesWithItsOwner) {
   const test::TempFolder shm;
-  { const SegmentLock lock("dddd", shm.path()); }
+  {
+    const HeldFile lock = mark_segments("dddd", shm.path());
+    EXPECT_FALSE(fs::is_empty(shm.path()));
+  }
   EXPECT_TRUE(fs::is_empty(shm.path()));
+}
+
+TEST(ShmPorts, AreNotThoseOfTheLivingNorOfKilledListenersThatSomeoneHasOpen) {
+  const test::TempFolder shm;
+  const auto first = claim_shm_port(shm.path());
+  ASSERT_TRUE(first);
+  const auto second = claim_shm_port(shm.path());
+  ASSERT_TRUE(second);
+  EXPECT_NE(first->number, second->number);
+  const std::uint32_t killed = second->number + 1;
+  const std::string port = shm / ("fastrtps_port" + std::to_string(killed));
+  touch(port);
+  touch(port + "_el");                                       // whose lock nobody holds
+  touch(shm / ("cranemap_port_" + std::to_string(killed)));  // nor that of its claim
+  {
+    const int file = open(port.c_str(), O_RDWR);
+    void* opened = mmap(nullptr, 1, PROT_READ, MAP_SHARED, file, 0);
+    ASSERT_NE(opened, MAP_FAILED);
+    EXPECT_EQ(remove_stale_segments(shm.path()), 1U);  // the claim
+    const auto third = claim_shm_port(shm.path());
+    ASSERT_TRUE(third);
+    EXPECT_EQ(third->number, killed + 1);
+    munmap(opened, 1);
+    close(file);
+  }
+  EXPECT_EQ(remove_stale_segments(shm.path()), 2U);
+  const auto again = claim_shm_port(shm.path());
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->number, killed);
+  EXPECT_FALSE(claim_shm_port("/nowhere"));
 }
 
 TEST(SharedMemoryCheck, SaysHowMuchIsMissingAndWhatToDo) {
