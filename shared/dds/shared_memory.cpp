@@ -95,6 +95,9 @@ std::size_t remove_stale_ports(const fs::path& directory) {
     if (mapped->contains(name)) continue;
     removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex")) +
                remove_file(shared_file) + remove_file(exclusive_file);
+    const std::string number = name.substr(std::string("fastrtps_port").size());
+    const fs::path claim = directory / (kClaimPrefix + number);
+    if (const TryLock lock(claim); lock.held()) removed += remove_file(claim);
   }
   return removed;
 }
@@ -136,9 +139,11 @@ HeldFile mark_segments(const std::string& guid_prefix, const std::string& direct
 Result<ShmPort> claim_shm_port(const std::string& directory) {
   for (std::uint32_t i = 0; i < kPorts; ++i) {
     const std::string number = std::to_string(kFirstPort + i);
-    auto claim = HeldFile::take(directory + "/" + kClaimPrefix + number);
-    if (claim && !fs::exists(directory + "/fastrtps_port" + number))
-      return ShmPort{kFirstPort + i, std::move(*claim)};
+    const std::string path = directory + "/" + kClaimPrefix + number;
+    // Of a living process, or of a killed one. Who ended in an orderly way took the claim along,
+    // and whoever still has the port open hears of its next listener.
+    if (fs::exists(path) && fs::exists(directory + "/fastrtps_port" + number)) continue;
+    if (auto claim = HeldFile::take(path)) return ShmPort{kFirstPort + i, std::move(*claim)};
   }
   return Error{ErrorCode::kResource, directory, "has no free port of shared memory",
                "end what is no longer needed, check that it is writable for this user, or set "
@@ -159,7 +164,9 @@ std::size_t remove_stale_segments(const std::string& directory) {
           removed += remove_file(dir / segment);
       removed += remove_file(dir / name);
     } else if (name.starts_with(kClaimPrefix)) {
-      if (const TryLock lock(dir / name); lock.held()) removed += remove_file(dir / name);
+      const std::string port = "fastrtps_port" + name.substr(std::string(kClaimPrefix).size());
+      if (const TryLock lock(dir / name); lock.held() && !fs::exists(dir / port))
+        removed += remove_file(dir / name);
     } else if (name.starts_with("fastrtps_") && !name.starts_with("fastrtps_port") &&
                name.ends_with("_el")) {
       const TryLock exclusive(dir / name);
