@@ -112,6 +112,10 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
     rtps::Locator_t by_rule;  // port 0: that of domain and participant
     by_rule.kind = LOCATOR_KIND_UDPv4;
     data.push_back(by_rule);
+    if (wan) {
+      by_rule.kind = LOCATOR_KIND_TCPv4;
+      data.push_back(by_rule);
+    }
   }
   if (wan) {
     auto tcp = std::make_shared<ert::TCPv4TransportDescriptor>();
