@@ -220,6 +220,15 @@ void MapPublisher::publish_status(const MapBuilder& builder, const Health& healt
   if (auto sent = status_.write(s); !sent) dropped.add("map_status not accepted by DDS");
 }
 
+void MapPublisher::take_over(v1::MapStatus last) {
+  last.sequence_number(status_sequence_++);
+  last.time_ns(SystemClock().now());
+  last.mapper(identity_.mapper);
+  last.mapper_start_ns(identity_.mapper_start);
+  last.term(static_cast<std::uint32_t>(identity_.term));
+  if (auto sent = status_.write(last); !sent) dropped.add("map_status not accepted by DDS");
+}
+
 void MapPublisher::flush(std::chrono::milliseconds limit) {
   (void)tiles_.wait_for_readers(limit);
   (void)heights_.wait_for_readers(limit);

@@ -41,6 +41,8 @@ class MapPublisher {
     double forget_s = 0;
   };
   void publish_status(const MapBuilder& builder, const Health& health);
+  /// Another mapper's last heartbeat as ours: we hold what it served, and its tiles follow.
+  void take_over(v1::MapStatus last);
 
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   void restore_revision(std::uint64_t revision) { revision_ = revision; }

@@ -91,7 +91,10 @@ class Service {
     publisher->restore_revision(revision);
     if (auto sent = zone_sets->write(zones->set(crane(), identity_.map_id)); !sent) return sent;
     zones_revision_ = zones->revision();
-    if (serving) {  // all of it goes out before the first heartbeat says that it is there
+    if (serving) {
+      // Subscribers hold the same map already; that of a large hall takes a while to go out, and
+      // all of it does before the next heartbeat says that it is there.
+      if (taken_over_) publisher->take_over(*taken_over_);
       if (auto sent = publisher->publish_tiles(builder_, true); !sent) return sent;
       beat(*publisher);
     }
@@ -203,6 +206,7 @@ class Service {
       const v1::MapStatus& last = *standby.said();
       identity_.map_id = standby.current() ? last.map_id() : random_id();
       identity_.term = Succession::next_term(static_cast<int>(last.term()));
+      if (standby.current()) taken_over_ = last;
       if (standby.zones()) zones.follow(*standby.zones());
       status.serve_as(v1::SERVICE_MAPPER);
       log_warning("the mapper is silent: takes over crane " + std::to_string(crane()) + " with " +
@@ -439,6 +443,7 @@ class Service {
   dds::ReaderCounts cloud_counts_, position_counts_, hoist_counts_, request_counts_,
       command_counts_;
   std::uint64_t zones_revision_ = 0;
+  std::optional<v1::MapStatus> taken_over_;      ///< the last heartbeat of the mapper before us
   std::uint32_t said_validity_ = v1::STATUS_OK;  ///< with the last heartbeat
   std::string said_reason_;
   std::string unsaved_;  ///< why the last state is not on disk; empty: it is
