@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kLockPrefix = "cranemap_lock_";
 constexpr const char* kClaimPrefix = "cranemap_port_";
+constexpr const char* kPortPrefix = "fastrtps_port";
 /// Beyond those that Fast DDS reckons from domain and participant.
 constexpr std::uint32_t kFirstPort = 1'000'000;
 constexpr std::uint32_t kPorts = 4096;
@@ -82,8 +83,7 @@ std::size_t remove_stale_ports(const fs::path& directory) {
   std::size_t removed = 0;
   std::optional<std::set<std::string>> mapped;
   for (const std::string& name : names_in(directory)) {
-    if (!name.starts_with("fastrtps_port") || name.ends_with("_el") || name.ends_with("_sl"))
-      continue;
+    if (!name.starts_with(kPortPrefix) || name.ends_with("_el") || name.ends_with("_sl")) continue;
     const fs::path exclusive_file = directory / (name + "_el");
     const fs::path shared_file = directory / (name + "_sl");
     std::optional<TryLock> exclusive, shared;
@@ -95,9 +95,6 @@ std::size_t remove_stale_ports(const fs::path& directory) {
     if (mapped->contains(name)) continue;
     removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex")) +
                remove_file(shared_file) + remove_file(exclusive_file);
-    const std::string number = name.substr(std::string("fastrtps_port").size());
-    const fs::path claim = directory / (kClaimPrefix + number);
-    if (const TryLock lock(claim); lock.held()) removed += remove_file(claim);
   }
   return removed;
 }
@@ -142,7 +139,7 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
     const std::string path = directory + "/" + kClaimPrefix + number;
     // Of a living process, or of a killed one. Who ended in an orderly way took the claim along,
     // and whoever still has the port open hears of its next listener.
-    if (fs::exists(path) && fs::exists(directory + "/fastrtps_port" + number)) continue;
+    if (fs::exists(path) && fs::exists(directory + "/" + kPortPrefix + number)) continue;
     if (auto claim = HeldFile::take(path)) return ShmPort{kFirstPort + i, std::move(*claim)};
   }
   return Error{ErrorCode::kResource, directory, "has no free port of shared memory",
@@ -152,8 +149,8 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
 
 std::size_t remove_stale_segments(const std::string& directory) {
   const fs::path dir(directory);
+  std::size_t removed = remove_stale_ports(dir);  // first: a claim stays as long as its port does
   const std::vector<std::string> names = names_in(dir);
-  std::size_t removed = 0;
   for (const std::string& name : names) {
     if (name.starts_with(kLockPrefix)) {
       const TryLock lock(dir / name);
@@ -164,17 +161,17 @@ std::size_t remove_stale_segments(const std::string& directory) {
           removed += remove_file(dir / segment);
       removed += remove_file(dir / name);
     } else if (name.starts_with(kClaimPrefix)) {
-      const std::string port = "fastrtps_port" + name.substr(std::string(kClaimPrefix).size());
+      const std::string port = kPortPrefix + name.substr(std::string(kClaimPrefix).size());
       if (const TryLock lock(dir / name); lock.held() && !fs::exists(dir / port))
         removed += remove_file(dir / name);
-    } else if (name.starts_with("fastrtps_") && !name.starts_with("fastrtps_port") &&
+    } else if (name.starts_with("fastrtps_") && !name.starts_with(kPortPrefix) &&
                name.ends_with("_el")) {
       const TryLock exclusive(dir / name);
       if (!exclusive.held()) continue;
       removed += remove_file(dir / name.substr(0, name.size() - 3)) + remove_file(dir / name);
     }
   }
-  return removed + remove_stale_ports(dir);
+  return removed;
 }
 
 std::uint64_t shared_memory_needed(const Settings& settings) {

@@ -41,6 +41,8 @@ trap 'exit 130' INT TERM
 
 # A domain that other runs on this machine hardly use.
 domain=$((10 + $$ % 200))
+# Likewise the site's HTTP port; a service's is that plus its number, the mapper's plus 4.
+http_port=$((20000 + $$ % 20000))
 
 # hosts N: N hosts on one network, each a network namespace; host n has the address 10.99.0.n.
 hosts() {

@@ -48,6 +48,7 @@ TEST(PositionTrack, RefusesNotANumberOutOfRangeAndTimeGoingBackwards) {
   EXPECT_EQ(track.add(1, 40.001), Added::kOutOfRange);
   EXPECT_EQ(track.add(1, -0.001), Added::kOutOfRange);
   EXPECT_EQ(track.add(10, 1), Added::kYes);
+  EXPECT_EQ(track.add(10, 1), Added::kOutOfOrder);
   EXPECT_EQ(track.add(20, 1), Added::kYes);
   EXPECT_EQ(track.add(20, 1), Added::kOutOfOrder);
   EXPECT_EQ(track.add(19, 1), Added::kOutOfOrder);
