@@ -53,10 +53,7 @@ Result<void> save_map(MapBuilder& builder, const std::string& folder) {
   if (cloud.empty()) return {};  // an empty map has no points; PCD cannot say so
   const std::string partial = folder + "/map.pcd.part";
   if (auto r = write_pcd(partial, cloud); !r) return r;
-  std::error_code failed;
-  fs::rename(partial, folder + "/map.pcd", failed);
-  if (failed) return disk_error(folder + "/map.pcd");
-  return {};
+  return put_in_place(partial, folder + "/map.pcd");
 }
 
 Result<MapStore::State> MapStore::load(MapBuilder& builder) {

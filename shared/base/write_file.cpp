@@ -1,23 +1,55 @@
 #include "base/write_file.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 
 namespace crane {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Waits until what is written of a file, or the names in a folder, are on disk.
+bool sync_to_disk(const fs::path& path, int flags) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
+  if (file < 0) return false;
+  // Some file systems cannot sync a folder: they have nothing to wait for.
+  const bool synced = fsync(file) == 0 || errno == EINVAL;
+  const int why = errno;
+  close(file);
+  errno = why;
+  return synced;
+}
+
+Error cannot_write(const std::string& partial, const std::string& path, int why) {
+  std::error_code ignored;
+  fs::remove(partial, ignored);
+  return {ErrorCode::kResource, path, "cannot be written: " + std::generic_category().message(why),
+          "check permissions and free space"};
+}
+
+}  // namespace
 
 Result<void> write_file(const std::string& path, const std::uint8_t* bytes, std::size_t size) {
   const std::string partial = path + ".part";
+  errno = 0;
   std::ofstream file(partial, std::ios::binary | std::ios::trunc);
   file.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
   file.close();
-  std::error_code failed;
-  if (file) std::filesystem::rename(partial, path, failed);
-  if (!file || failed) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    return Error{ErrorCode::kResource, path, "cannot be written",
-                 "check permissions and free space"};
-  }
+  if (!file) return cannot_write(partial, path, errno != 0 ? errno : EIO);
+  return put_in_place(partial, path);
+}
+
+Result<void> put_in_place(const std::string& partial, const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (!sync_to_disk(partial, 0) || std::rename(partial.c_str(), path.c_str()) != 0 ||
+      !sync_to_disk(folder.empty() ? fs::path(".") : folder, O_DIRECTORY))
+    return cannot_write(partial, path, errno);
   return {};
 }
 

@@ -131,7 +131,7 @@ TEST_F(BadInput, FullDisk) {
     GTEST_SKIP() << "this user may not mount a small file system to fill";
   const Finished run = run_rig(rig_recording(), {}, folder_ / "small/out");
   umount((folder_ / "small").c_str());
-  expect(run, 3, "cannot be written -> check permissions and free space");
+  expect(run, 3, "cannot be written: No space left on device -> check permissions and free space");
 }
 
 TEST_F(BadInput, ASecondMapperForTheSameCraneRefuses) {
