@@ -1,5 +1,7 @@
 #include "mapper/standby.hpp"
 
+#include "base/log.hpp"
+
 namespace crane {
 namespace {
 
@@ -22,7 +24,35 @@ Result<Standby> Standby::create(const std::shared_ptr<dds::Participant>& partici
   if (!follower) return follower.error();
   auto zones = dds::Reader<dds::ZoneSetTopic>::create(participant, wakeup);
   if (!zones) return zones.error();
-  return Standby(std::move(*follower), std::move(*zones));
+  return Standby(std::move(*follower), std::move(*zones), wakeup);
+}
+
+Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs, MapBuilder& builder) {
+  StatusReporter& status = context.status;
+  status.serve_as(v1::SERVICE_STANDBY);
+  bool cut_off = false;
+  while (!context.stopping()) {
+    wakeup_->wait_for(std::chrono::milliseconds(20));
+    if (auto done = step(builder); !done) return done.error();
+    inputs.take_motion(builder);
+    if (context.reload()) log_warning("SIGHUP: a standby reads nothing again");
+    // With the rangefinders silent too it is us who are cut off: nobody would be served.
+    const bool witness = inputs.hears_rangefinders();
+    if (silent() && witness) {
+      status.serve_as(v1::SERVICE_MAPPER);
+      return true;
+    }
+    if (silent() && !cut_off)
+      log_error("neither the mapper nor a rangefinder is heard: waits until one is");
+    cut_off = silent();
+    status.status = cut_off || !current() ? v1::STATUS_DEGRADED : v1::STATUS_OK;
+    status.message = cut_off     ? "hears neither the mapper nor a rangefinder"
+                     : current() ? "holds the map that is served"
+                                 : "does not hold all of the map";
+    status.values = {{"map_tiles", double(builder.map().tile_count())}};
+    status.tick();
+  }
+  return false;
 }
 
 Result<void> Standby::step(MapBuilder& builder) {

@@ -6,6 +6,8 @@
 
 #include "client/map_follower.hpp"
 #include "mapper/map_builder.hpp"
+#include "mapper/mapper_inputs.hpp"
+#include "service/run_service.hpp"
 
 namespace crane {
 
@@ -18,10 +20,10 @@ class Standby {
   static Result<Standby> create(const std::shared_ptr<dds::Participant>& participant,
                                 Wakeup* wakeup);
 
-  /// Takes what arrived into the builder. Error: Configuration when the maps cannot be the same.
-  Result<void> step(MapBuilder& builder);
-  /// Whether a mapper was heard, and then not for kSilence.
-  [[nodiscard]] bool silent() const;
+  /// Follows, and says so, until it is time to take over (true) or to stop (false).
+  /// Error: Configuration when the maps cannot be the same.
+  Result<bool> wait(ServiceContext& context, MapperInputs& inputs, MapBuilder& builder);
+
   /// The last heartbeat, once one came.
   [[nodiscard]] const std::optional<v1::MapStatus>& said() const { return follower_->said(); }
   /// Whether ours is that map, tile for tile, but for what came since: it was within 5 s.
@@ -29,11 +31,17 @@ class Standby {
   [[nodiscard]] const std::optional<v1::ZoneSet>& zones() const { return zones_; }
 
  private:
-  Standby(std::unique_ptr<client::MapFollower> follower, dds::Reader<dds::ZoneSetTopic> zone_reader)
-      : follower_(std::move(follower)), zone_reader_(std::move(zone_reader)) {}
+  Standby(std::unique_ptr<client::MapFollower> follower, dds::Reader<dds::ZoneSetTopic> zone_reader,
+          Wakeup* wakeup)
+      : follower_(std::move(follower)), zone_reader_(std::move(zone_reader)), wakeup_(wakeup) {}
+  /// Takes what arrived into the builder.
+  Result<void> step(MapBuilder& builder);
+  /// Whether a mapper was heard, and then not for kSilence.
+  [[nodiscard]] bool silent() const;
 
   std::unique_ptr<client::MapFollower> follower_;
   dds::Reader<dds::ZoneSetTopic> zone_reader_;
+  Wakeup* wakeup_;
   std::optional<v1::ZoneSet> zones_;
   std::uint64_t map_id_ = 0;  ///< of what the builder has
   std::chrono::steady_clock::time_point complete_at_{};

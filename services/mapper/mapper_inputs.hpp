@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "base/wakeup.hpp"
+#include "dds/endpoints.hpp"
+#include "mapper/map_builder.hpp"
+#include "service/stream_gate.hpp"
+
+namespace crane {
+
+/// What the mapper reads. Positions and hoist states always; clouds (74 MB/s), requests and
+/// commands only while it serves: a standby leaves them to the mapper that does. One thread.
+class MapperInputs {
+ public:
+  /// Reads nothing but positions and hoist states yet.
+  static Result<MapperInputs> create(const std::shared_ptr<dds::Participant>& participant,
+                                     Wakeup* wakeup);
+  Result<void> begin_serving();
+  void end_serving();
+
+  /// Positions and hoist states that came, into the builder.
+  void take_motion(MapBuilder& builder);
+  /// Clouds that came, into the builder. True when a frame was accounted for.
+  bool take_clouds(MapBuilder& builder, const std::function<bool()>& stopping);
+  /// The next of each; nothing when none waits, or while it does not serve.
+  std::unique_ptr<dds::Received<v1::TileRequest>> take_request();
+  std::unique_ptr<dds::Received<v1::ZoneCommand>> take_command();
+
+  /// Whether a rangefinder was heard within the last second.
+  [[nodiscard]] bool hears_rangefinders() const;
+  [[nodiscard]] std::uint64_t clouds_received() const { return clouds_received_; }
+  /// Stream of the last cloud; 0 = none came.
+  [[nodiscard]] std::uint64_t stream() const { return stream_; }
+  /// What the readers did not hand on, by cause.
+  void add_drops(DropCounts& dropped) const;
+
+ private:
+  struct Serving {
+    dds::Reader<dds::PartialCloudTopic> clouds;
+    dds::Reader<dds::TileRequestTopic> requests;
+    dds::Reader<dds::ZoneCommandTopic> commands;
+  };
+  MapperInputs(std::shared_ptr<dds::Participant> participant, Wakeup* wakeup,
+               dds::Reader<dds::RangefinderPositionTopic> positions,
+               dds::Reader<dds::HoistStateTopic> hoist)
+      : participant_(std::move(participant)),
+        wakeup_(wakeup),
+        positions_(std::move(positions)),
+        hoist_(std::move(hoist)) {}
+  void take_positions(MapBuilder& builder);
+  void take_hoist(MapBuilder& builder);
+
+  std::shared_ptr<dds::Participant> participant_;
+  Wakeup* wakeup_;
+  dds::Reader<dds::RangefinderPositionTopic> positions_;
+  dds::Reader<dds::HoistStateTopic> hoist_;
+  std::optional<Serving> serving_;
+  StreamGate cloud_gate_;
+  std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
+  std::chrono::steady_clock::time_point position_heard_{};
+  std::uint64_t clouds_received_ = 0, stream_ = 0;
+};
+
+}  // namespace crane
