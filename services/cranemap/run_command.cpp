@@ -154,24 +154,43 @@ class Run {
   Result<void> follow() {
     Progress progress("mapping");
     const Stopwatch watch;
-    std::uint64_t last_frame = 0;
+    for (;;) {
+      if (auto played = follow_play(progress, watch); !played) return played;
+      report_.wall_s = watch.ms() * 1e-3;
+      if (auto settled = settle(); !settled) return settled;
+      if (stop_requested() || !mapper_fell_back()) break;
+      log_warning("the mapper went on from a map without the last frames: they are played again");
+      for (const char* player : {"rangefinder", "camera"})
+        if (auto started = services_->start_again(player); !started) return started;
+      report_.services.erase(v1::SERVICE_CAMERA);  // its predecessor had finished
+    }
+    progress.finish("mapping done: " + std::to_string(frames_done(map_->status())) + " of " +
+                    std::to_string(report_.frames) + " frames accounted for");
+    return {};
+  }
+
+  [[nodiscard]] std::uint64_t frames_done(const client::Status& s) const {
+    return s.stream == stream_ && s.last_frame_time_ns > 0 ? s.last_frame + 1 : 0;
+  }
+
+  Result<void> follow_play(Progress& progress, const Stopwatch& watch) {
+    std::uint64_t last_done = 0;
     Stopwatch since_progress;
     while (!stop_requested()) {
       if (auto alive = services_->watch(); !alive) return alive;
       take_statuses();
       const client::Status s = map_->status();
-      const bool ours = s.stream == stream_ && s.last_frame_time_ns > 0;
-      const std::uint64_t done = ours ? s.last_frame + 1 : 0;
-      if (done != last_frame) {
-        last_frame = done;
+      const std::uint64_t done = frames_done(s);
+      if (done != last_done) {
+        last_done = done;
         since_progress = {};
       }
       char detail[160];
       std::snprintf(
           detail, sizeof detail, "frames  %.1f/s  in the map %llu  not used %llu  %u tiles",
           double(done) / std::max(0.001, watch.ms() * 1e-3),
-          static_cast<unsigned long long>(ours ? s.frames_integrated : 0),
-          static_cast<unsigned long long>(ours ? s.frames_rejected + s.frames_missing : 0),
+          static_cast<unsigned long long>(done > 0 ? s.frames_integrated : 0),
+          static_cast<unsigned long long>(done > 0 ? s.frames_rejected + s.frames_missing : 0),
           s.tiles);
       progress.update(done, report_.frames, detail);
       const auto camera = report_.services.find(v1::SERVICE_CAMERA);
@@ -183,18 +202,31 @@ class Run {
                      "logs: " + options_.out + "/logs"};
       wakeup_.wait_for(50ms);
     }
-    report_.wall_s = watch.ms() * 1e-3;
-    // The paper's method makes the map after the last cloud; it says so while it does.
-    for (const Stopwatch settle; settle.ms() < 300'000 && !stop_requested();) {
+    return {};
+  }
+
+  /// Until the map that is published is the last one. The paper's method makes it after the last
+  /// cloud; it says so while it does.
+  Result<void> settle() {
+    for (const Stopwatch watch; watch.ms() < 300'000 && !stop_requested();) {
       const client::Status s = map_->status();
       const bool making = !s.alive || s.reason.rfind("paper:", 0) == 0;
-      if (!making && settle.ms() > (s.complete ? 1000 : 20'000)) break;
+      if (!making && watch.ms() > (s.complete ? 1000 : 20'000)) break;
       if (auto alive = services_->watch(); !alive) return alive;
       wakeup_.wait_for(50ms);
     }
-    progress.finish("mapping done: " + std::to_string(last_frame) + " of " +
-                    std::to_string(report_.frames) + " frames accounted for");
     return {};
+  }
+
+  /// Whether the mapper was killed and its map on disk lacked frames that players would send again
+  /// if they had not ended.
+  bool mapper_fell_back() {
+    const auto restarts = services_->restarts().find("mapper");
+    const int kills = restarts == services_->restarts().end() ? 0 : restarts->second;
+    const bool fell_back = rate_.paced_by_map() && kills > mapper_kills_ &&
+                           frames_done(map_->status()) < report_.frames;
+    mapper_kills_ = kills;
+    return fell_back;
   }
 
   Result<void> close() {
@@ -268,6 +300,7 @@ class Run {
   SiteConfig config_;
   PlayRate rate_;
   bool start_at_needed_ = false;
+  int mapper_kills_ = 0;
   std::uint64_t stream_ = 0;
   Wakeup wakeup_;
   std::optional<dds::Reader<dds::ServiceStatusTopic>> statuses_;

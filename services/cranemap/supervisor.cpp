@@ -56,11 +56,26 @@ Result<void> Supervisor::watch() {
     ++restarts_[s.name];
     log_warning("cranemap-" + s.name + " was killed by signal " + std::to_string(exit->code) +
                 ": starting it again");
-    std::vector<std::string> command = s.command;
-    command.insert(command.end(), s.when_restarted.begin(), s.when_restarted.end());
-    auto process = ChildProcess::start(command, log_of(s.name));
-    if (!process) return process.error();
-    s.process = std::move(*process);
+    if (auto restarted = restart(s); !restarted) return restarted;
+  }
+  return {};
+}
+
+Result<void> Supervisor::restart(Service& s) {
+  std::vector<std::string> command = s.command;
+  command.insert(command.end(), s.when_restarted.begin(), s.when_restarted.end());
+  auto process = ChildProcess::start(command, log_of(s.name));
+  if (!process) return process.error();
+  s.process = std::move(*process);
+  s.done = false;
+  return {};
+}
+
+Result<void> Supervisor::start_again(const std::string& name) {
+  for (Service& s : services_) {
+    if (s.name != name) continue;
+    s.process.stop(5000);
+    return restart(s);
   }
   return {};
 }

@@ -20,6 +20,8 @@ class Supervisor {
   /// Starts cranemap-<name>; after a kill it is started with `when_restarted` added.
   Result<void> start(const std::string& name, std::vector<std::string> arguments,
                      std::vector<std::string> when_restarted);
+  /// Stops it, if it still runs, and starts it once more. Error: Resource.
+  Result<void> start_again(const std::string& name);
   /// Starts again what died by a signal. Error: a service that ended by itself with a failure, or
   /// is killed again and again.
   Result<void> watch();
@@ -37,6 +39,7 @@ class Supervisor {
     ChildProcess process;
     bool done = false;
   };
+  Result<void> restart(Service& service);
   [[nodiscard]] std::string log_of(const std::string& name) const;
   [[nodiscard]] Error failure(const Service& service, const ChildProcess::Exit& exit) const;
 

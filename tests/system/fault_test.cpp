@@ -55,6 +55,36 @@ INSTANTIATE_TEST_SUITE_P(Services, KilledService,
                          ::testing::Values("camera", "rangefinder", "stereo", "mapper"),
                          [](const auto& service) { return std::string(service.param); });
 
+TEST(KilledAfterThePlay, AMapperThatFellBackGetsTheFramesAgain) {
+  const TempFolder folder;
+  Process cranemap({"cranemap", "run", rig_recording(), "--out", folder / "out", "--voxel", "0.05",
+                    "--domain", next_domain()},
+                   folder / "run.txt");
+  const auto log_says = [&](const std::string& service, const std::string& text) {
+    std::ifstream file(folder / ("out/logs/" + service + ".log"));
+    const std::string all((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    return all.find(text) != std::string::npos;
+  };
+  ASSERT_TRUE(eventually(60s, [&] { return log_says("camera", "end of the recording"); }))
+      << cranemap.output();
+  const pid_t victim = child_named(cranemap.pid(), "cranemap-mapper");
+  ASSERT_GT(victim, 0);
+  kill(victim, SIGKILL);
+  // The next one reads its map on disk after it has listened for a rival.
+  ASSERT_TRUE(eventually(500ms, [&] {
+    std::error_code failed;
+    std::filesystem::remove_all(folder / "out/state", failed);
+    return !failed;
+  }));
+  ASSERT_EQ(cranemap.wait(100), 0) << cranemap.output();
+  EXPECT_TRUE(log_says("camera", "end of the recording: 6 frames"));
+  EXPECT_NE(cranemap.output().find("they are played again"), std::string::npos);
+  std::ifstream file(folder / "out/report.json");
+  const auto report = nlohmann::json::parse(file);
+  EXPECT_EQ(report["frames"]["integrated"], 6);
+  EXPECT_TRUE(report["map"]["complete_at_subscriber"]);
+}
+
 TEST(KilledRun, TakesItsServicesWithIt) {
   const TempFolder folder;
   Process cranemap({"cranemap", "run", rig_recording(), "--out", folder / "out", "--rate", "real",
