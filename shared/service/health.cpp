@@ -64,7 +64,7 @@ Result<std::unique_ptr<HealthServer>> HealthServer::start(const std::string& add
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  if (!s.bind_to_port(address.c_str(), port))
+  if (!s.bind_to_port(address, port))
     return Error{ErrorCode::kResource, "http " + address + ":" + std::to_string(port),
                  "cannot be listened at",
                  "give http.address and http.port what is free, or port 0"};

@@ -70,7 +70,8 @@ NESTED(Zone, ZONE)
 NESTED(ClearancePose, CLEARANCE_POSE)
 NESTED(DropCount, DROP_COUNT)
 NESTED(StageTime, STAGE_TIME)
-#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) NESTED(T, FIELDS)
+#define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) \
+  NESTED(T, FIELDS)
 ALL_TOPICS(TOPIC_FUNCTIONS)
 #pragma GCC diagnostic pop
 
@@ -79,15 +80,17 @@ class Cyclone : public ::testing::Test {};
 
 template <class T>
 struct Row;
-#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive)           \
-  template <>                                                            \
-  struct Row<v1::T> {                                                    \
-    static constexpr const char* kName = #topic;                         \
-    static constexpr int kTransientLocal = tl, kDepth = depth;           \
-    static constexpr int kExclusive = exclusive;                         \
-    static constexpr int kDeadline = deadline, kLiveliness = liveliness; \
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type, and tl a number
+#define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) \
+  template <>                                                             \
+  struct Row<v1::T> {                                                     \
+    static constexpr const char* kName = #topic;                          \
+    static constexpr int kTransientLocal = tl, kDepth = depth;            \
+    static constexpr int kExclusive = exclusive;                          \
+    static constexpr int kDeadline = deadline, kLiveliness = liveliness;  \
   };
 ALL_TOPICS(ROW)
+// NOLINTEND(bugprone-macro-parentheses)
 
 template <class... T>
 ::testing::Types<T...> types_of(std::tuple<T...>);
