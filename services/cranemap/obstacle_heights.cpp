@@ -11,16 +11,10 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
   for (const TrueObstacle& o : obstacles) {
     ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, 0};
     std::vector<double> heights;
-    for (std::uint32_t row = 0; row < grid.rows; ++row)
-      for (std::uint32_t column = 0; column < grid.columns; ++column) {
-        const client::Height& cell = grid.cells[std::size_t(row) * grid.columns + column];
-        const double x = grid.origin_x_m + (column + 0.5) * grid.cell_m;
-        const double y = grid.origin_y_m + (row + 0.5) * grid.cell_m;
-        if (!client::is_known(cell.surface) ||
-            std::hypot(x - o.x_m, y - o.y_m) > 0.7 * o.level_radius_m())
-          continue;
-        heights.push_back(cell.height_m);
-      }
+    for (std::size_t i = 0; i < grid.cells.size(); ++i)
+      if (client::is_known(grid.cells[i].surface) &&
+          std::hypot(grid.x_m(i) - o.x_m, grid.y_m(i) - o.y_m) <= 0.7 * o.level_radius_m())
+        heights.push_back(grid.cells[i].height_m);
     h.columns = heights.size();
     if (!heights.empty()) {
       const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);

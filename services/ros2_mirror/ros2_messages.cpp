@@ -169,10 +169,8 @@ sm::PointCloud2_ heights(const client::HeightGrid& g, TimeNs time, const Frames&
   for (std::size_t i = 0; i < g.cells.size(); ++i) {
     const client::Height& c = g.cells[i];
     if (!client::is_known(c.surface)) continue;
-    const std::size_t column = i % g.columns;
-    const std::size_t row = i / g.columns;
-    put(m.data(), static_cast<float>(g.origin_x_m + (double(column) + 0.5) * g.cell_m));
-    put(m.data(), static_cast<float>(g.origin_y_m + (double(row) + 0.5) * g.cell_m));
+    put(m.data(), static_cast<float>(g.x_m(i)));
+    put(m.data(), static_cast<float>(g.y_m(i)));
     put(m.data(), static_cast<float>(c.height_m));
     ++points;
   }

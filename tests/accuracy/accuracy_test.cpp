@@ -171,9 +171,8 @@ TEST(Hoist, ACarriedLoadIsNoObstacleAndOneSetDownIs) {
   const auto trail = [](const client::HeightGrid& grid) {
     std::size_t high = 0;
     for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-      const double x = grid.origin_x_m + (double(i % grid.columns) + 0.5) * grid.cell_m;
-      const std::size_t row = i / grid.columns;
-      const double y = grid.origin_y_m + (double(row) + 0.5) * grid.cell_m;
+      const double x = grid.x_m(i);
+      const double y = grid.y_m(i);
       if (x > 0.3 && x < 1.9 && y > 0.35 && y < 1.1)
         high += client::is_known(grid.cells[i].surface) && grid.cells[i].height_m > 0.1;
     }

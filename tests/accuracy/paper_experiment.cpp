@@ -105,10 +105,7 @@ void hard_spots(Document& d, const Scene& scene, const std::vector<Series>& all)
     std::vector<double> back;
     const client::HeightGrid& g = s.last.grid;
     for (std::size_t i = 0; i < g.cells.size(); ++i) {
-      const double x = g.origin_x_m + (double(i % g.columns) + 0.5) * g.cell_m;
-      const std::size_t row = i / g.columns;
-      const double y = g.origin_y_m + (double(row) + 0.5) * g.cell_m;
-      const Eigen::Vector2d p = local(x, y);
+      const Eigen::Vector2d p = local(g.x_m(i), g.y_m(i));
       if (client::is_known(g.cells[i].surface) && std::abs(p.x()) < 0.9 * c.size_x_m / 2 &&
           p.y() < c.size_y_m / 2 && p.y() > c.size_y_m / 2 - kBack)
         back.push_back(g.cells[i].height_m);

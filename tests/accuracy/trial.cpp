@@ -109,10 +109,7 @@ double offset_of(const TrueObstacle& o, const client::HeightGrid& grid) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int count = 0;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-    const std::size_t row = i / grid.columns;
-    const Eigen::Vector2d p(
-        grid.origin_x_m + (double(i % grid.columns) + 0.5) * grid.cell_m - o.x_m,
-        grid.origin_y_m + (double(row) + 0.5) * grid.cell_m - o.y_m);
+    const Eigen::Vector2d p(grid.x_m(i) - o.x_m, grid.y_m(i) - o.y_m);
     if (grid.cells[i].surface != client::Surface::kObstacle ||
         p.norm() > std::max(o.radius_m, std::hypot(o.size_x_m, o.size_y_m) / 2) + kAround ||
         std::abs(grid.cells[i].height_m - o.height_m) > kLevel * o.height_m)

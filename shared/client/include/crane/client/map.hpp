@@ -34,11 +34,11 @@ struct Options {
 
 /// What the mapper last said of the map, and what of it has arrived here.
 struct Status {
-  bool heard = false;     ///< any heartbeat at all
-  bool alive = false;     ///< a heartbeat within the last second
-  bool valid = false;     ///< alive, and clouds and positions are fresh
-  bool complete = false;  ///< all tiles and zones of the said revision are here (digests agree)
-  std::string reason;     ///< why not valid
+  bool heard = false;        ///< any heartbeat at all
+  bool alive = false;        ///< a heartbeat within the last second
+  bool valid = false;        ///< alive, and clouds and positions are fresh
+  bool complete = false;     ///< all tiles and zones of the said revision are here (digests agree)
+  std::string reason;        ///< why not valid
   std::uint64_t mapper = 0;  ///< the process that serves the map
   std::uint64_t map_id = 0, revision = 0;
   std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
@@ -77,6 +77,14 @@ struct HeightGrid {
   double cell_m = 0, origin_x_m = 0, origin_y_m = 0;
   std::uint32_t columns = 0, rows = 0;
   std::vector<Height> cells;
+  /// Centre of cells[i] [m].
+  [[nodiscard]] double x_m(std::size_t i) const {
+    return origin_x_m + (static_cast<double>(i % columns) + 0.5) * cell_m;
+  }
+  [[nodiscard]] double y_m(std::size_t i) const {
+    const std::size_t row = i / columns;
+    return origin_y_m + (static_cast<double>(row) + 0.5) * cell_m;
+  }
 };
 
 /// What one batch of samples changed.
