@@ -28,14 +28,11 @@ Result<void> make_folder(const std::string& folder) {
 }
 
 /// Tiles first: the account promises no frame that they do not have.
-Result<void> write_state(const std::string& folder,
-                         const std::vector<std::pair<std::string, Bytes>>& tiles,
+Result<void> write_state(const std::string& folder, std::vector<NamedBytes> tiles,
                          const std::string& account) {
   if (auto made = make_folder(folder); !made) return made;
-  for (const auto& [name, bytes] : tiles) {
-    const Bytes packed = pack_snapshot(bytes);
-    if (auto r = write_file(folder + "/" + name, packed.data(), packed.size()); !r) return r;
-  }
+  for (auto& [name, bytes] : tiles) bytes = pack_snapshot(bytes);
+  if (auto written = write_files(folder, tiles); !written) return written;
   return write_file(folder + "/account.yaml", reinterpret_cast<const std::uint8_t*>(account.data()),
                     account.size());
 }
@@ -125,7 +122,7 @@ Result<void> MapStore::save(MapBuilder& builder, const State& state) {
     if (saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
     if (auto saved = taken(); !saved) return saved;  // its tiles are for the next time
   }
-  std::vector<std::pair<std::string, Bytes>> tiles;
+  std::vector<NamedBytes> tiles;
   for (const TileKey key : unsaved_)
     if (const Tile* tile = builder.map().find(key))
       tiles.emplace_back(std::to_string(key.x) + "_" + std::to_string(key.y) + ".tile",
@@ -141,8 +138,8 @@ Result<void> MapStore::save(MapBuilder& builder, const State& state) {
     << "\nlast_frame_time_ns: " << a.last_frame_time << "\nintegrated: " << a.integrated
     << "\nrejected: " << a.rejected << "\nmissing: " << a.missing << "\n";
   saving_ = std::async(std::launch::async,
-                       [folder = folder_, tiles = std::move(tiles), account = s.str()] {
-                         return write_state(folder, tiles, account);
+                       [folder = folder_, tiles = std::move(tiles), account = s.str()]() mutable {
+                         return write_state(folder, std::move(tiles), account);
                        });
   return {};
 }

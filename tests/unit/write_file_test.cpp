@@ -56,6 +56,18 @@ TEST(WriteFile, AFailingPowerLeavesTheOldFileOrTheNewOne) {
   EXPECT_FALSE(fs::exists(path + ".part"));
 }
 
+TEST(WriteFile, SeveralOfAFolderAreWaitedForOneByOneAndTheFolderOnce) {
+  test::TempFolder folder;
+  g_watched = folder / "b";
+  g_synced.clear();
+  const auto written = write_files(folder.path(), {{"a", {'1'}}, {"b", {'2'}}});
+  g_watched.clear();
+  ASSERT_TRUE(written);
+  EXPECT_EQ(g_synced, (std::vector<std::string>{folder / "a.part: ", folder / "b.part: ",
+                                                folder.path().string() + ": 2"}));
+  EXPECT_EQ(content(folder / "a"), "1");
+}
+
 TEST(WriteFile, WhatCannotBeWrittenIsSaidWithTheCause) {
   const auto written = write("/proc/cranemap/zones.yaml", "new");
   ASSERT_FALSE(written);
