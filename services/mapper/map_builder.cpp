@@ -24,6 +24,11 @@ IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
   return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
 }
 
+double ceiling(const MapperConfig& c, const HoistConfig& hoist, const StereoRig& rig) {
+  const double rope = hoist.rope_top_m > 0 ? hoist.rope_top_m : rig.camera_height_m();
+  return std::max(0.0, std::min(rope, heights(c, rig).z_max_m));
+}
+
 PositionTrack make_track(const MapperConfig& c) {
   return {c.rangefinder_min_m, c.rangefinder_max_m,
           std::chrono::milliseconds(c.max_position_gap_ms)};
@@ -66,6 +71,7 @@ Result<void> MapBuilder::check(const MapperConfig& config, const StereoRig& rig)
 MapBuilder::MapBuilder(const MapperConfig& config, const StereoRig& rig, const HoistConfig& hoist)
     : config_(config),
       rig_(rig),
+      ceiling_m_(ceiling(config, hoist, rig)),
       map_(std::make_unique<OccupancyMap>(choose_voxel(config, rig), bytes(config))),
       integrator_(heights(config, rig)),
       paper_(make_paper(config)),

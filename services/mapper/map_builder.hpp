@@ -61,6 +61,8 @@ class MapBuilder {
 
   /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.
   [[nodiscard]] double voxel_m() const { return map_->voxel_m(); }
+  /// Where the rope ends, or the map when that is lower: MapStatus.ceiling_m.
+  [[nodiscard]] double ceiling_m() const { return ceiling_m_; }
 
   /// `stream`: of the readings; a new one starts with no positions known.
   void add_position(Axis axis, std::uint64_t stream, TimeNs time, double distance_m);
@@ -118,6 +120,7 @@ class MapBuilder {
 
   MapperConfig config_;
   StereoRig rig_;
+  double ceiling_m_;
   std::unique_ptr<OccupancyMap> map_;
   ProjectiveIntegrator integrator_;
   std::optional<PaperMapper> paper_;

@@ -209,6 +209,7 @@ void MapPublisher::publish_status(const MapBuilder& builder, const Health& healt
   s.paper_method(paper_method_ ? 1 : 0);
   s.hoist(static_cast<std::uint32_t>(builder.hoist()));
   s.term(static_cast<std::uint32_t>(identity_.term));
+  s.ceiling_m(builder.ceiling_m());
   s.forget_s(health.forget_s);
   s.stream(account.stream);
   s.last_frame(account.last_frame < 0 ? 0 : static_cast<std::uint64_t>(account.last_frame));

@@ -27,7 +27,14 @@ static_assert(int(Surface::kStale) == int(ColumnState::kStale) &&
               int(Surface::kObstacle) == int(ColumnState::kObstacle));
 
 Height to_height(const ColumnHeight& c) {
-  Height h{static_cast<Surface>(c.state), c.height_m, c.spread_m, c.last_observed, false, 0};
+  Height h;
+  h.surface = static_cast<Surface>(c.state);
+  h.height_m = c.height_m;
+  h.spread_m = c.spread_m;
+  h.lower_bound = c.lower_bound;
+  h.free_to_m = c.free_to_m;
+  h.views = c.views;
+  h.last_observed_ns = c.last_observed;
   h.proven_by_hook = std::isfinite(c.proven_m);
   if (h.proven_by_hook) h.proven_m = c.proven_m;
   return h;
@@ -46,7 +53,8 @@ struct Map::Impl {
   std::unique_ptr<MapFollower> follower;
 
   std::mutex callback_mutex;
-  std::function<void(const Update&)> callback;
+  /// Shared with the call that is going on, which may replace it.
+  std::shared_ptr<const std::function<void(const Update&)>> callback;
   std::atomic<std::thread::id> calling{};
 
   std::atomic<bool> stop{false};
@@ -79,7 +87,7 @@ struct Map::Impl {
     }
     const std::lock_guard lock(callback_mutex);
     calling = std::this_thread::get_id();
-    if (callback) callback(update);
+    if (const auto running = callback; running != nullptr) (*running)(update);
     calling = std::thread::id();
   }
 };
@@ -222,9 +230,9 @@ Clearance Map::clearance(const ClearanceQuery& query) const {
     return out;
   }
   const HeldMap& held = impl_->follower->held();
-  const ColumnView view{impl_->follower->voxel_m(),
-                        [&held](TileKey key) { return held.columns(key); },
-                        [&held](TileKey key) { return held.heights(key); }, &held.zones()};
+  const ColumnView view{
+      impl_->follower->voxel_m(), [&held](TileKey key) { return held.columns(key); },
+      [&held](TileKey key) { return held.heights(key); }, &held.zones(), now.ceiling_m};
   out = check_clearance(query, view, query.now_ns != 0 ? query.now_ns : SystemClock().now());
   out.map_id = held.map_id();
   out.revision = now.revision;
@@ -249,12 +257,15 @@ std::vector<Zone> Map::zones() const {
 }
 
 void Map::on_update(std::function<void(const Update&)> callback) {
-  if (impl_->calling == std::this_thread::get_id()) {
-    impl_->callback = std::move(callback);
+  std::shared_ptr<const std::function<void(const Update&)>> next;
+  if (callback)
+    next = std::make_shared<const std::function<void(const Update&)>>(std::move(callback));
+  if (impl_->calling == std::this_thread::get_id()) {  // which holds the mutex
+    impl_->callback = std::move(next);
     return;
   }
   const std::lock_guard lock(impl_->callback_mutex);
-  impl_->callback = std::move(callback);
+  impl_->callback = std::move(next);
 }
 
 bool Map::save_bt(const std::string& path, std::string& error) const {

@@ -377,6 +377,9 @@ TEST_F(MapBuilderTest, AStandbyThatAdoptsWhatWasPublishedHasTheSameClassesHeight
       if (!is_known(after[i].state)) continue;
       ++columns;
       EXPECT_NEAR(after[i].height_m, (*heights)[i].height_m, 0.0005);
+      EXPECT_EQ(after[i].views, (*heights)[i].views);
+      EXPECT_EQ(after[i].lower_bound, (*heights)[i].lower_bound);
+      EXPECT_NEAR(after[i].free_to_m, (*heights)[i].free_to_m, 1e-6);
     }
   }
   EXPECT_GT(columns, 300U);
