@@ -27,6 +27,7 @@ class Player {
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
+        stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
         writer_(std::move(writer)) {}
 
   Result<void> play() {
@@ -166,7 +167,7 @@ class Player {
     sample->stream(options_.stream);
     sample->sequence_number(static_cast<std::uint64_t>(n));
     sample->after(after);
-    sample->exposure_time_ns(recording_.frame_time(n));
+    sample->exposure_time_ns(recording_.frame_time(n) + stamp_offset_);
     sample->width(left_.width);
     sample->height(left_.height);
     std::memcpy(sample->left().data(), left_.bytes.data(), left_.bytes.size());
@@ -184,6 +185,7 @@ class Player {
   const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
+  TimeNs stamp_offset_;
   dds::Writer<dds::StereoFrameTopic> writer_;
   Image left_, right_;
   std::set<std::int64_t> unreadable_;  ///< frames that will never be published

@@ -29,7 +29,7 @@ constexpr double kNoProgressMs = 60'000;
 constexpr double kSettleMs = 3'000;
 
 struct Options {
-  std::string recording, out, config, method, rate = "max", network;
+  std::string recording, out, config, method, rate = "max", network, stamps = "now";
   double voxel_m = -1;
   int domain = -1;
 };
@@ -87,7 +87,6 @@ class Run {
     auto recording = Recording::open(options_.recording);
     if (!recording) return recording.error();
     report_.frames = recording->frames().size();
-    start_at_needed_ = !rate_.paced_by_map();
     std::error_code failed;
     fs::create_directories(fs::path(options_.out) / "logs", failed);
     if (!failed) fs::remove_all(fs::path(options_.out) / "state", failed);
@@ -141,11 +140,10 @@ class Run {
     std::vector<std::string> play = {"--config",    config,     options_.recording,     "--rate",
                                      options_.rate, "--stream", std::to_string(stream_)};
     std::vector<std::string> again;
-    if (start_at_needed_) {
-      const TimeNs start = SystemClock().now() + kNsPerSecond;
-      play.insert(play.end(), {"--start-at", std::to_string(start)});
-      again = {"--resume"};
-    }
+    // One start for both: it paces a timed play, and makes the time stamps of both those of now.
+    const TimeNs start = SystemClock().now() + (rate_.paced_by_map() ? 0 : kNsPerSecond);
+    play.insert(play.end(), {"--start-at", std::to_string(start), "--stamps", options_.stamps});
+    if (!rate_.paced_by_map()) again = {"--resume"};
     if (auto r = services_->start("rangefinder", play, again); !r) return r;
     return services_->start("camera", play, again);
   }
@@ -299,7 +297,6 @@ class Run {
   const Options& options_;
   SiteConfig config_;
   PlayRate rate_;
-  bool start_at_needed_ = false;
   int mapper_kills_ = 0;
   std::uint64_t stream_ = 0;
   Wakeup wakeup_;
@@ -318,6 +315,12 @@ void add_common(CLI::App& command, Options& o) {
                   "default, or paper: the 2021 paper's steps, matching included")
       ->check(CLI::IsMember({"default", "paper"}));
   command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
+      ->capture_default_str();
+  command
+      .add_option("--stamps", o.stamps,
+                  "Times of the samples: now, or as recorded. A controller's own hoist_state "
+                  "agrees with now")
+      ->check(CLI::IsMember({"now", "recorded"}))
       ->capture_default_str();
   command.add_option(
       "--config", o.config,
