@@ -132,7 +132,8 @@ Command add_query_command(CLI::App& app) {
       "query",
       "Ask a running map: how high is it there, or may the load go along that path?\n"
       "Example: cranemap query --at 0.75 0.55\n"
-      "Example: cranemap query --path 0.3,0.3,0.9 2.4,0.3,0.9 --load 0.3 0.3 0.2 --above 0.3\n"
+      "Example: cranemap query --path 2.3,1.5,0.3 2.9,1.5,0.3 --load 0.3 0.3 0.2 --margin 0.1 0.1 "
+      "--above 0.2\n"
       "Exit: 0 known or clear; 1 unknown, a lower bound, of too few views, or blocked; 2 input, 3 "
       "resource, 4 no answer.");
   command->add_option("--at", options->at, "x y [m]: height of the map there")->expected(2);

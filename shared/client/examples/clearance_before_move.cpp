@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 int main(int argc, char** argv) {
-  double to_move[5] = {1.2, 0.3, 1.5, 0.3, 0.3};
+  double to_move[5] = {2.3, 1.5, 2.8, 1.5, 0.3};
   for (int i = 0; i < 5 && argc > i + 1; ++i) to_move[i] = std::atof(argv[i + 1]);
   const auto [x0, y0, x1, y1, z] = to_move;
   crane::client::Options options;
@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   query.path = {{x0, y0, z, 0}, {x1, y1, z, 0}};  // straight legs; the last value is the yaw
   // Length, width, height; hook and slings above it. Without the last number all space up to the
   // rope's top must be free: whoever says less answers for what hangs higher.
-  query.load = {0.3, 0.3, 0.2, 0.3};
+  query.load = {0.3, 0.3, 0.2, 0.2};
   query.margins = {0.1, 0.1, 0.05, 0.1};  // sideways, up and down, sway, braking
   crane::client::Clearance c = map->clearance(query);
   // Blocked: higher, where it is clear again, as a controller would. Never lower: the load may be
