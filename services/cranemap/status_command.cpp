@@ -53,7 +53,7 @@ void follow(const client::Map& map, double seconds) {
       since = {};
     }
     valid = s.valid;
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return;  // nobody takes it any more
     std::this_thread::sleep_for(5ms);
   }
 }

@@ -23,7 +23,8 @@ struct Options {
   double seconds = 0;
 };
 
-void show(const client::Status& map, const std::vector<client::Zone>& zones,
+/// False when nobody takes what is said any more: the pipe's other end has ended.
+bool show(const client::Status& map, const std::vector<client::Zone>& zones,
           const std::map<std::uint32_t, v1::ServiceStatus>& services) {
   if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
   const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
@@ -54,7 +55,7 @@ void show(const client::Status& map, const std::vector<client::Zone>& zones,
                   d.cause().c_str());
   }
   std::printf("\n");
-  std::fflush(stdout);
+  return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
 }
 
 int watch(const Options& options) {
@@ -84,7 +85,7 @@ int watch(const Options& options) {
       wakeup.wait_for(100ms);
       while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
     }
-    show(map->status(), map->zones(), services);
+    if (!show(map->status(), map->zones(), services)) break;
     if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
   }
   return kExitOk;

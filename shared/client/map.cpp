@@ -187,9 +187,13 @@ AreaHeight Map::max_height(const Area& area) const {
   const auto sane = [](double v) { return std::abs(v) < 1e5; };
   if (!(cell > 0) || !sane(area.x0_m) || !sane(area.x1_m) || !sane(area.y0_m) || !sane(area.y1_m))
     return out;
+  constexpr double kMaxColumns = 4e6;  // as a clearance query: nothing is to wait for more
+  if ((area.x1_m - area.x0_m) / cell * ((area.y1_m - area.y0_m) / cell) > kMaxColumns) return out;
   const auto index = [cell](double v) { return static_cast<int>(std::floor(v / cell)); };
   std::uint64_t columns = 0;
   std::uint64_t unknown = 0;
+  std::uint64_t bounds = 0;
+  std::uint32_t fewest = std::numeric_limits<std::uint32_t>::max();
   for (int y = index(area.y0_m); y <= index(area.y1_m); ++y) {
     const HeightColumns* tile = nullptr;
     for (int x = index(area.x0_m); x <= index(area.x1_m); ++x) {
@@ -204,11 +208,15 @@ AreaHeight Map::max_height(const Area& area) const {
         continue;
       }
       if (!(out.max_height_m >= c->height_m)) out.max_height_m = c->height_m;
+      bounds += c->lower_bound ? 1 : 0;
+      fewest = std::min<std::uint32_t>(fewest, c->views);
       if (out.oldest_observed_ns == 0 || c->last_observed < out.oldest_observed_ns)
         out.oldest_observed_ns = c->last_observed;
     }
   }
   if (columns > 0) out.unknown_fraction = double(unknown) / double(columns);
+  if (columns > 0) out.lower_bound_fraction = double(bounds) / double(columns);
+  out.fewest_views = unknown < columns ? fewest : 0;
   return out;
 }
 

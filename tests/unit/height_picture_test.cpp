@@ -61,5 +61,24 @@ TEST(HeightPicture, IsDrawnOfGridsOfAnyShape) {
   }
 }
 
+TEST(ObstacleHeights, AreNotMadeOfLowerBoundsWhereAnythingElseIsKnown) {
+  TrueObstacle box;
+  box.name = "box";
+  box.x_m = box.y_m = 2;
+  box.size_x_m = box.size_y_m = 1;
+  box.height_m = 0.5;
+  client::HeightGrid g = grid(40, 40);
+  for (std::size_t i = 0; i < g.cells.size(); ++i) {
+    client::Height& c = g.cells[i];
+    c.lower_bound = g.x_m(i) < 2.2;  // most of the box, but not all of it
+    c.height_m = c.lower_bound ? 0.1 : 0.5;
+  }
+  EXPECT_NEAR(measure(g, {box})[0].measured_m, 0.5, 1e-9);
+  for (std::size_t i = 0; i < g.cells.size(); ++i) g.cells[i].lower_bound = g.x_m(i) < 3;
+  EXPECT_EQ(measure(g, {box})[0].columns, 0U) << "nothing there was measured";
+  for (client::Height& c : g.cells) c.lower_bound = true;  // a map that knows no free space
+  EXPECT_GT(measure(g, {box})[0].columns, 0U);
+}
+
 }  // namespace
 }  // namespace crane

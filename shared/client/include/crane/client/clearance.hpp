@@ -87,6 +87,8 @@ struct AreaHeight {
   double max_height_m = 0;  ///< NaN when nothing is known
   double unknown_fraction = 1;
   std::int64_t oldest_observed_ns = 0;  ///< of the known columns
+  double lower_bound_fraction = 0;      ///< share of the columns that may be higher: so may the max
+  std::uint32_t fewest_views = 0;       ///< frames that the least seen known column rests on
 };
 
 }  // namespace crane::client

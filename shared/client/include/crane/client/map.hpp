@@ -117,7 +117,7 @@ class Map {
 
   [[nodiscard]] Height height(double x_m, double y_m) const;
   [[nodiscard]] HeightGrid heights() const;
-  /// Of the columns that touch the area.
+  /// Of the columns that touch the area; of more than four million nothing is said to be known.
   [[nodiscard]] AreaHeight max_height(const Area& area) const;
   /// May the load go along that path? Never clear unless status().valid, and
   /// .complete within the last half second.
