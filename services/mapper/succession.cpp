@@ -24,18 +24,23 @@ bool Succession::another_serves(const std::function<bool()>& stopping) {
   return false;
 }
 
-Result<void> Succession::check_right(int term) {
+Succession::Rival Succession::look(int term) {
+  Rival rival;
   while (const auto other = others_.take()) {
     const v1::MapStatus& s = **other;
     if (s.mapper() == mapper_ || s.crane() != crane_) continue;
     const int theirs = static_cast<int>(s.term());
     if (theirs < term || (theirs == term && s.mapper() < mapper_)) continue;
-    return Error{ErrorCode::kResource, "map_status",
-                 "another mapper has taken over crane " + std::to_string(crane_) + " (term " +
-                     std::to_string(theirs) + ", ours " + std::to_string(term) + ")",
-                 "started again with --standby, this one waits behind it"};
+    rival = {theirs, s.voxel_tiles() == 0 && s.last_frame_time_ns() == 0};
   }
-  return {};
+  return rival;
+}
+
+Error Succession::deposed_by(const Rival& rival, int term) const {
+  return {ErrorCode::kResource, "map_status",
+          "another mapper has taken over crane " + std::to_string(crane_) + " (term " +
+              std::to_string(rival.term) + ", ours " + std::to_string(term) + ")",
+          "started again with --standby, this one waits behind it"};
 }
 
 int Succession::next_term(int heard) {

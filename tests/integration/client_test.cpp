@@ -10,6 +10,7 @@
 #include "map_codec/crc32c.hpp"
 #include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_codec.hpp"
+#include "mapper/heartbeat.hpp"
 #include "mapper/map_publisher.hpp"
 #include "recording/recording.hpp"
 #include "temp_folder.hpp"
@@ -25,7 +26,8 @@ class ClientTest : public ::testing::Test {
       : rig_(Recording::open(test::rig_recording())->rig()),
         builder_(config(), rig_),
         participant_(*dds::Participant::create(test::settings(), "mapper")),
-        publisher_(*MapPublisher::create(participant_, {1, 42, 7}, false)) {}
+        publisher_(*MapPublisher::create(participant_, {1, 42, 7}, false)),
+        heartbeat_(*Heartbeat::create(participant_, {1, 42, 7})) {}
 
   static MapperConfig config() {
     MapperConfig c;
@@ -57,13 +59,14 @@ class ClientTest : public ::testing::Test {
   }
   void publish() {
     ASSERT_TRUE(publisher_.publish_tiles(builder_, true));
-    publisher_.publish_status(builder_, {});
+    heartbeat_->say(publisher_.status(builder_, {}));
   }
 
   StereoRig rig_;
-  MapBuilder builder_;
+  MappingPipeline builder_;
   std::shared_ptr<dds::Participant> participant_;
   MapPublisher publisher_;
+  std::unique_ptr<Heartbeat> heartbeat_;
 };
 
 TEST_F(ClientTest, KnowsNothingBeforeAMapperIsHeard) {
@@ -192,16 +195,16 @@ TEST_F(ClientTest, WhatIsMissingIsAskedForAndSentAgain) {
   EXPECT_FALSE(map->status().complete);
   auto requests = *dds::Reader<dds::TileRequestTopic>::create(participant_, nullptr);
   const bool whole = test::eventually([&] {
-    while (const auto request = requests.take())
-      EXPECT_TRUE(publisher_.send_again(builder_, **request));
-    publisher_.publish_status(builder_, {});
+    while (const auto request = requests.take()) publisher_.note_request(**request);
+    EXPECT_TRUE(publisher_.send_again(builder_));
+    heartbeat_->say(publisher_.status(builder_, {}));
     return map->status().complete;
   });
   EXPECT_TRUE(whole);
   EXPECT_GE(map->status().resyncs, 1U);
   EXPECT_EQ(map->status().tiles, 2U);
   // The other tile was in another bucket and was not sent again.
-  EXPECT_EQ(publisher_.dropped.counts().at("tiles sent again on request"), map->status().resyncs);
+  EXPECT_EQ(publisher_.counts().of(Cause::kTilesSentAgain), map->status().resyncs);
 }
 
 TEST_F(ClientTest, TilesOfAMapThatNoHeartbeatNamesChangeNothing) {
@@ -233,7 +236,7 @@ TEST_F(ClientTest, TilesOfAMapThatNoHeartbeatNamesChangeNothing) {
   ASSERT_TRUE(writer.write(tile));
   ASSERT_TRUE(test::eventually(
       [&] { return map->status().samples_refused >= before.samples_refused + 2; }));
-  publisher_.publish_status(builder_, {});
+  heartbeat_->say(publisher_.status(builder_, {}));
   EXPECT_TRUE(map->wait_until_complete(5s));
   EXPECT_EQ(map->status().height_digest, before.height_digest);
   EXPECT_NEAR(map->height(0.1, 0.1).height_m, 0.5, 0.03);

@@ -11,9 +11,11 @@ using Added = PositionTrack::Added;
 using Lookup = PositionTrack::Lookup;
 constexpr std::chrono::milliseconds kGap(200);
 constexpr TimeNs kMs = 1'000'000;
+/// Of an axis that may move as fast as it likes.
+constexpr PositionLimits kAny{0, 40, kGap, 1e6, 0.03};
 
 TEST(PositionTrack, InterpolatesToTheExposureTime) {
-  PositionTrack track(0, 40, kGap);
+  PositionTrack track(kAny);
   track.add(100 * kMs, 1.0);
   track.add(150 * kMs, 2.0);
   double m = 0;
@@ -24,7 +26,7 @@ TEST(PositionTrack, InterpolatesToTheExposureTime) {
 }
 
 TEST(PositionTrack, WaitsForAReadingAfterTheExposure) {
-  PositionTrack track(0, 40, kGap);
+  PositionTrack track(kAny);
   double m = 0;
   EXPECT_EQ(track.at(100, m), Lookup::kNotYet);
   track.add(100 * kMs, 1.0);
@@ -32,7 +34,7 @@ TEST(PositionTrack, WaitsForAReadingAfterTheExposure) {
 }
 
 TEST(PositionTrack, NeverBridgesAGapNorExtrapolatesBackwards) {
-  PositionTrack track(0, 40, kGap);
+  PositionTrack track(kAny);
   track.add(100 * kMs, 1.0);
   track.add(301 * kMs, 2.0);
   double m = -7;
@@ -42,7 +44,7 @@ TEST(PositionTrack, NeverBridgesAGapNorExtrapolatesBackwards) {
 }
 
 TEST(PositionTrack, RefusesNotANumberOutOfRangeAndTimeGoingBackwards) {
-  PositionTrack track(0, 40, kGap);
+  PositionTrack track(kAny);
   EXPECT_EQ(track.add(1, std::numeric_limits<double>::quiet_NaN()), Added::kNotFinite);
   EXPECT_EQ(track.add(1, std::numeric_limits<double>::infinity()), Added::kNotFinite);
   EXPECT_EQ(track.add(1, 40.001), Added::kOutOfRange);
@@ -55,7 +57,7 @@ TEST(PositionTrack, RefusesNotANumberOutOfRangeAndTimeGoingBackwards) {
 }
 
 TEST(PositionTrack, AReadingThatComesLateFillsAGapAndChangesNothingElsewhere) {
-  PositionTrack track(0, 40, kGap);
+  PositionTrack track(kAny);
   track.add(1000 * kMs, 10);
   track.add(1100 * kMs, 11);
   EXPECT_EQ(track.add(1050 * kMs, 30), Added::kOutOfOrder);
@@ -72,7 +74,7 @@ TEST(PositionTrack, AReadingThatComesLateFillsAGapAndChangesNothingElsewhere) {
 }
 
 TEST(PositionTrack, ForgetsTheOldestWhenFull) {
-  PositionTrack track(0, 40, kGap, 3);
+  PositionTrack track(kAny, 3);
   for (int i = 1; i <= 4; ++i) track.add(i * 100 * kMs, i);
   double m = 0;
   EXPECT_EQ(track.at(150 * kMs, m), Lookup::kGap);

@@ -1,4 +1,4 @@
-#include "mapper/hoist_tracker.hpp"
+#include "mapping_pipeline/hoist_tracker.hpp"
 
 #include <algorithm>
 
@@ -83,22 +83,18 @@ Bodies HoistTracker::bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m)
   return out;
 }
 
-std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& trolley,
-                                OccupancyMap& map) {
+std::size_t HoistTracker::prove(const Gantry& gantry, OccupancyMap& map) {
   std::size_t proven = 0;
   while (!unproven_.empty()) {
     const HoistReading r = unproven_.front();
-    Eigen::Vector2d gantry;
-    const auto x = cart.at(r.time, gantry.x());
-    const auto y = trolley.at(r.time, gantry.y());
-    using Lookup = PositionTrack::Lookup;
-    if (x == Lookup::kNotYet || y == Lookup::kNotYet) break;
+    const Gantry::Place place = gantry.at(r.time);
+    if (place.known == PositionTrack::Lookup::kNotYet) break;
     unproven_.pop_front();
-    if (x == Lookup::kGap || y == Lookup::kGap) {
+    if (place.known != PositionTrack::Lookup::kFound) {
       last_.reset();
       continue;
     }
-    const Boxes now{r, hook_box(geometry_, r, gantry), load_box(geometry_, r, gantry)};
+    const Boxes now{r, hook_box(geometry_, r, place.map_m), load_box(geometry_, r, place.map_m)};
     // What jumps was not on a straight way in between.
     const bool steady = last_ && r.time - last_->reading.time <= max_gap() &&
                         (now.hook.centre - last_->hook.centre).norm() < kFarthestStep_m;
@@ -110,6 +106,11 @@ std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& 
     last_ = now;
   }
   return proven;
+}
+
+void HoistTracker::prove_nothing() {
+  unproven_.clear();
+  last_.reset();
 }
 
 }  // namespace crane
