@@ -31,6 +31,13 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
     return {v1::STATUS_FAILED, v1::MAP_NOTHING_YET, "no cloud could be placed yet"};
   if (being_made)
     return degraded(v1::MAP_BEING_MADE, "paper: the map is made anew when no cloud waits");
+  if (r.trust == Trust::kCartReversed || r.trust == Trust::kTrolleyReversed) {
+    const std::string axis = r.trust == Trust::kCartReversed ? "cart" : "trolley";
+    return degraded(v1::MAP_CONTRADICTED, "frames move as if the " + axis +
+                                              "'s rangefinder counted the other way: set "
+                                              "mapper." +
+                                              axis + "_direction, and map anew; no frame is used");
+  }
   if (r.trust == Trust::kContradicted)
     return degraded(v1::MAP_CONTRADICTED,
                     "frames see what lies elsewhere in the map: check direction and offset of the "

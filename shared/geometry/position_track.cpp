@@ -32,16 +32,14 @@ std::uint32_t PositionTrack::run_of(Iterator after, TimeNs time, double distance
   } else {
     const auto last_trusted =
         std::find_if(readings_.rbegin(), readings_.rend(), [this, time](const Reading& r) {
-          return r.run == trusted_run_ || time - r.time > kComesBack;
+          return (used_ && r.run == trusted_run_) || time - r.time > kComesBack;
         });
     if (last_trusted != readings_.rend() && time - last_trusted->time <= kComesBack &&
         reaches(*last_trusted, time, distance_m))
       return trusted_run_;
     last_jump_m_ = distance_m - readings_.back().distance_m;
   }
-  ++newest_run_;
-  if (!used_) trusted_run_ = newest_run_;  // the first may as well have been the wrong one
-  return newest_run_;
+  return ++newest_run_;
 }
 
 bool PositionTrack::stuck(double distance_m) const {
@@ -119,7 +117,7 @@ PositionTrack::Lookup PositionTrack::at(TimeNs time, double& distance_m) const {
   const double share = exact ? 1 : double(time - before->time) / double(after->time - before->time);
   distance_m = exact ? after->distance_m
                      : before->distance_m + share * (after->distance_m - before->distance_m);
-  return after->run == trusted_run_ ? Lookup::kFound : Lookup::kUnconfirmed;
+  return trusts(after->run) ? Lookup::kFound : Lookup::kUnconfirmed;
 }
 
 void PositionTrack::trust(TimeNs time) {

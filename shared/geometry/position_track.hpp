@@ -21,9 +21,9 @@ struct PositionLimits {
 /// what it said can be true.
 ///
 /// Readings that follow each other no faster than the axis can move are one *run*. A reading that
-/// jumps begins another. Positions are of the run that is trusted: the first, until a frame has
-/// shown that another one is right (trust()); a run that jumped away and at once came back is the
-/// trusted one again. Beside a reading that was refused nothing is known.
+/// jumps begins another. Positions are of the run that is trusted: that of the first that was used,
+/// until a frame has shown that another one is right (trust()); what jumped away and at once came
+/// back is the trusted run again. Beside a reading that was refused nothing is known.
 ///
 /// Memory is bounded by `capacity`; the oldest readings go first. Not thread-safe.
 class PositionTrack {
@@ -58,7 +58,7 @@ class PositionTrack {
   void trust(TimeNs time);
   /// Whether the newest reading is of the trusted run.
   [[nodiscard]] bool trusted() const {
-    return readings_.empty() || readings_.back().run == trusted_run_;
+    return readings_.empty() || trusts(readings_.back().run);
   }
   /// By how much the last run jumped away [m]; 0 = none did.
   [[nodiscard]] double last_jump_m() const { return last_jump_m_; }
@@ -72,6 +72,8 @@ class PositionTrack {
     std::uint32_t run;
   };
   using Iterator = std::deque<Reading>::const_iterator;
+  /// While nothing rests on any run, the first may as well be the wrong one.
+  [[nodiscard]] bool trusts(std::uint32_t run) const { return !used_ || run == trusted_run_; }
   [[nodiscard]] Iterator not_before(TimeNs time) const;
   [[nodiscard]] bool reaches(const Reading& from, TimeNs time, double distance_m) const;
   /// The run a reading at `after` belongs to; a new one if none fits.

@@ -1,5 +1,6 @@
 #include "mapping_pipeline/mapping_pipeline.hpp"
 
+#include <cmath>
 #include <exception>
 
 #include "geometry/calibration_digest.hpp"
@@ -18,7 +19,9 @@ constexpr TimeNs kReplayPatience = 6 * kNsPerSecond;
 constexpr double kCloseLook_m = 0.3;
 /// So many frames in a row that contradict the map, and positions are not believed any more until
 /// frames agree with it again.
-constexpr int kContradictionsToDistrust = 3;
+constexpr int kContradictionsToDistrust = 3, kAgreementsToTrust = 3;
+/// From so far on it can be told that an axis went the other way.
+constexpr double kReversal_m = 0.15;
 
 double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
   if (c.voxel_m > 0) return c.voxel_m;
@@ -83,7 +86,7 @@ MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& ri
       calibration_(calibration_digest(rig)),
       gantry_(config),
       placement_(cell_m(config, rig)),
-      looked_closely_at_m_(1e9, 1e9),
+      looked_closely_at_m_(0, 0),
       hoist_(hoist, rig.camera_height_m()),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
       integrator_(heights(config, rig)),
@@ -219,26 +222,45 @@ std::optional<Cause> MappingPipeline::check_placement(const CloudSample& cloud,
                                                       FrameReport& report) {
   using Verdict = PlacementCheck::Verdict;
   const bool confirmed = place.known == PositionTrack::Lookup::kFound;
-  const bool moved = (place.map_m - looked_closely_at_m_).norm() > kCloseLook_m;
-  const bool closely = !confirmed || moved || contradictions_ > 0;
-  if (closely) looked_closely_at_m_ = place.map_m;
+  const Eigen::Vector2d moved_m = place.map_m - looked_closely_at_m_;
+  const bool closely = !confirmed || contradictions_ > 0 || moved_m.norm() > kCloseLook_m;
   const PlacementCheck::Finding found =
       placement_.compare(cloud.frame, cloud.exposure_time, closely);
-  if (found.verdict == Verdict::kContradicts) {
+  const bool distrusted = seen_ != Trust::kGood;
+  if (found.verdict != Verdict::kAgrees) {
+    agreements_ = 0;
     report.fits_better_m = found.shift_m;
     if (!confirmed) return Cause::kPositionUnconfirmed;
-    contradicted_ = contradicted_ || ++contradictions_ >= kContradictionsToDistrust;
-    return Cause::kContradictsMap;
-  }
-  if (found.verdict == Verdict::kUndecided) {
-    if (!confirmed) return Cause::kPositionUnconfirmed;
-    if (contradicted_) return Cause::kContradictsMap;
+    if (found.verdict == Verdict::kContradicts) note_contradiction(moved_m, found.shift_m);
+    if (found.verdict == Verdict::kContradicts || distrusted) return Cause::kContradictsMap;
+  } else if (distrusted) {
+    // A wrong direction fits wherever the crane comes back to; only who set it can right it.
+    const bool for_good = seen_ != Trust::kContradicted;
+    if (for_good || ++agreements_ < kAgreementsToTrust) return Cause::kContradictsMap;
+    seen_ = Trust::kGood;
   }
   contradictions_ = 0;
-  contradicted_ = false;
+  if (closely) looked_closely_at_m_ = place.map_m;
   gantry_.trust(cloud.exposure_time);
   placement_.remember();
   return std::nullopt;
+}
+
+/// `moved_m`: since the frame that is compared with, as positions say. Had an axis gone the other
+/// way, what the frame sees would lie twice that far back.
+void MappingPipeline::note_contradiction(const Eigen::Vector2d& moved_m,
+                                         const Eigen::Vector2d& shift_m) {
+  ++contradictions_;
+  if (seen_ != Trust::kGood) return;
+  for (const Axis axis : {Axis::kCart, Axis::kTrolley}) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double back_m = -2 * moved_m[i];
+    if (std::abs(back_m) > kReversal_m &&
+        std::abs(shift_m[i] - back_m) < kReversal_m + 0.1 * std::abs(back_m))
+      seen_ = axis == Axis::kCart ? Trust::kCartReversed : Trust::kTrolleyReversed;
+  }
+  if (seen_ == Trust::kGood && contradictions_ >= kContradictionsToDistrust)
+    seen_ = Trust::kContradicted;
 }
 
 std::optional<Cause> MappingPipeline::integrate(const CloudSample& cloud, FrameReport& report) {
@@ -274,7 +296,7 @@ PipelineReport MappingPipeline::report() const {
   r.waiting = queue_.size();
   r.last_arrival = last_arrival_;
   r.age = ages_.time();
-  if (contradicted_) r.trust = Trust::kContradicted;
+  r.trust = seen_;
   for (const Axis axis : {Axis::kCart, Axis::kTrolley})
     if (r.trust == Trust::kGood && !gantry_.trusted(axis)) {
       r.trust = axis == Axis::kCart ? Trust::kCartJumped : Trust::kTrolleyJumped;

@@ -46,6 +46,8 @@ enum class Trust {
   kCartJumped,     ///< and no frame has confirmed the new positions yet
   kTrolleyJumped,  ///< likewise
   kContradicted,   ///< frames see what was seen elsewhere before
+  kCartReversed,   ///< they do just as if the cart went the other way
+  kTrolleyReversed,
 };
 
 /// What the pipeline says of itself, beside its map.
@@ -128,6 +130,7 @@ class MappingPipeline {
                                                   const Eigen::Vector2d& gantry_m) const;
   std::optional<Cause> check_placement(const CloudSample& cloud, const Gantry::Place& place,
                                        FrameReport& report);
+  void note_contradiction(const Eigen::Vector2d& moved_m, const Eigen::Vector2d& shift_m);
   void cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m);
   std::optional<Cause> integrate(const CloudSample& cloud, FrameReport& report);
 
@@ -138,8 +141,8 @@ class MappingPipeline {
   Gantry gantry_;
   PlacementCheck placement_;
   Eigen::Vector2d looked_closely_at_m_;
-  int contradictions_ = 0;  ///< in a row
-  bool contradicted_ = false;
+  int contradictions_ = 0, agreements_ = 0;  ///< in a row
+  Trust seen_ = Trust::kGood;                ///< what frames say of positions
   HoistTracker hoist_;
   HoistKnown hoist_known_;
   ProjectiveIntegrator integrator_;

@@ -13,13 +13,17 @@ constexpr TimeNs kLately = 30 * kNsPerSecond;
 constexpr TimeNs kKept = 10 * kNsPerSecond;
 constexpr std::size_t kMostPatches = 1024;
 constexpr int kPixelStep = 4;
-/// Shifts that are tried, to all four sides [cells].
-constexpr int kReach = 32;
+/// Shifts that are tried, to all four sides [cells]: of what fits well here, and of what does not.
+constexpr int kReach = 16, kFarReach = 64;
 /// Nearer than this is the same place [cells].
 constexpr int kNear = 2;
 constexpr double kLeastCells = 300;
 /// What does not differ from cell to cell says nothing of where it is.
-constexpr double kLeastHeights_m = 0.05, kLeastGreys = 2.5;
+constexpr double kLeastHeights_m = 0.05, kLeastContrast = 0.015;
+/// Brightness counts by how it differs from that of the cells around, so far away [cells], as a
+/// share of it: lamps that switch and exposures that change leave that as it is.
+constexpr int kAround = 4;
+constexpr float kDark = 8;         ///< [grey levels]; below it noise would count for contrast
 constexpr double kGoodFit = 0.6;   ///< correlation of what lies right
 constexpr double kClearly = 0.15;  ///< by so much a better fit elsewhere is no chance
 constexpr float kHighest_m = 5;    ///< higher counts as this: one mast does not outweigh a hall
@@ -80,6 +84,48 @@ void PlacementCheck::rasterise(const DepthFrame& f) {
     seen_.height_m[i] /= seen_.weight[i];
     seen_.grey[i] /= seen_.weight[i];
   }
+  if (f.colour != nullptr) to_contrast(seen_);
+}
+
+/// Brightness to contrast; see kAround.
+void PlacementCheck::to_contrast(Raster& r) {
+  const auto width = std::size_t(r.columns);
+  const auto height = std::size_t(r.rows);
+  static thread_local std::vector<float> sums, counts;
+  sums.assign(width * height, 0);
+  counts.assign(width * height, 0);
+  for (std::size_t y = 0; y < height; ++y) {  // along the rows
+    float sum = 0, count = 0;
+    for (std::size_t x = 0; x < width + kAround; ++x) {
+      const auto put = [&](std::size_t at, float sign) {
+        const bool there = r.weight[y * width + at] > 0;
+        sum += there ? sign * r.grey[y * width + at] : 0;
+        count += there ? sign : 0;
+      };
+      if (x < width) put(x, 1);
+      if (x > 2 * kAround) put(x - 2 * kAround - 1, -1);
+      if (x >= kAround) {
+        sums[y * width + x - kAround] = sum;
+        counts[y * width + x - kAround] = count;
+      }
+    }
+  }
+  for (std::size_t x = 0; x < width; ++x) {  // and across them
+    float sum = 0, count = 0;
+    for (std::size_t y = 0; y < height + kAround; ++y) {
+      const auto put = [&](std::size_t at, float sign) {
+        sum += sign * sums[at * width + x];
+        count += sign * counts[at * width + x];
+      };
+      if (y < height) put(y, 1);
+      if (y > 2 * kAround) put(y - 2 * kAround - 1, -1);
+      if (y < kAround) continue;
+      const std::size_t at = (y - kAround) * width + x;
+      if (r.weight[at] == 0 || count < 1) continue;
+      const float mean = sum / count;
+      r.grey[at] = (r.grey[at] - mean) / (mean + kDark);
+    }
+  }
 }
 
 void PlacementCheck::recall(TimeNs exposure, int margin) {
@@ -132,7 +178,7 @@ PlacementCheck::Match PlacementCheck::match(int dx, int dy, bool heights) const 
   if (n < kLeastCells) return m;
   const double va = std::max(0.0, saa / n - sa / n * sa / n);
   const double vb = std::max(0.0, sbb / n - sb / n * sb / n);
-  const double least = heights ? kLeastHeights_m : kLeastGreys;
+  const double least = heights ? kLeastHeights_m : kLeastContrast;
   m.tells = va > least * least && vb > least * least;
   if (m.tells) m.fit = (sab / n - sa / n * sb / n) / std::sqrt(va * vb);
   return m;
@@ -145,7 +191,8 @@ PlacementCheck::Finding PlacementCheck::search(bool heights) const {
   double best = here.fit;  // nearby
   double elsewhere = -1;
   int best_dx = 0, best_dy = 0;
-  for (int d = 1; d <= kReach; ++d)
+  const int reach = here.fit > kGoodFit ? kReach : kFarReach;
+  for (int d = 1; d <= reach; ++d)
     for (const auto& [dx, dy] : {std::pair{d, 0}, {-d, 0}, {0, d}, {0, -d}}) {
       const Match m = match(dx, dy, heights);
       if (!m.tells || m.cells < here.cells / 4) continue;
@@ -179,7 +226,7 @@ PlacementCheck::Finding PlacementCheck::compare(const DepthFrame& frame, TimeNs 
       if (here.tells && here.fit > kGoodFit) return {Verdict::kAgrees, {}};
     }
   }
-  recall(exposure, kReach);
+  recall(exposure, kFarReach);
   // The floor's own look says more than what stands on it, and does not move.
   const Finding by_grey = has_grey_ ? search(false) : Finding{};
   if (by_grey.verdict != Verdict::kUndecided) return by_grey;

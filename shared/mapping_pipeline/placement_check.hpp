@@ -12,7 +12,7 @@
 
 namespace crane {
 
-/// Whether a frame lies where its positions put it: heights and brightness of what it sees, on a
+/// Whether a frame lies where its positions put it: heights and contrast of what it sees, on a
 /// grid, are compared with what frames before it saw there, also as if it lay somewhat further
 /// along or across. What moved in the workshop changes a part of that; a wrong position all of it.
 /// Knows what was seen lately only; memory is bounded. One thread.
@@ -56,6 +56,7 @@ class PlacementCheck {
     bool tells = false;  ///< enough cells, and they differ from each other
   };
   void rasterise(const DepthFrame& frame);
+  static void to_contrast(Raster& raster);
   void recall(TimeNs exposure, int margin);
   [[nodiscard]] Match match(int dx, int dy, bool heights) const;
   [[nodiscard]] Finding search(bool heights) const;
