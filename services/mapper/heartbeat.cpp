@@ -28,6 +28,7 @@ struct Heartbeat::Impl {
   std::optional<v1::MapStatus> last;
   std::uint64_t sequence = 0, not_accepted = 0;
   Steady::time_point sent_at{}, alive_at{};
+  std::chrono::milliseconds hangs = kHangs;
   TimeNs last_cloud = 0, stale_after = 0;
   bool stopping = false;
   std::thread thread;
@@ -55,7 +56,7 @@ struct Heartbeat::Impl {
       if (changed.wait_until(lock, due, [this] { return stopping; })) return;
       if (Steady::now() < sent_at + kPeriod) continue;  // something was said meanwhile
       sent_at = Steady::now();                          // also if it is left out now
-      if (!last || Steady::now() - alive_at > kHangs) continue;
+      if (!last || Steady::now() - alive_at > hangs) continue;
       try {
         send();
       } catch (const std::exception&) {
@@ -85,10 +86,11 @@ Result<std::unique_ptr<Heartbeat>> Heartbeat::create(
       new Heartbeat(std::make_unique<Impl>(std::move(*writer), identity)));
 }
 
-void Heartbeat::keep_on(std::chrono::milliseconds stale_after) {
+void Heartbeat::keep_on(std::chrono::milliseconds stale_after, std::chrono::milliseconds hangs) {
   const std::lock_guard lock(impl_->mutex);
   if (impl_->thread.joinable()) return;
   impl_->stale_after = std::chrono::nanoseconds(stale_after).count();
+  impl_->hangs = hangs;
   impl_->alive_at = impl_->sent_at = Steady::now();
   impl_->thread = std::thread([raw = impl_.get()] { raw->run(); });
 }

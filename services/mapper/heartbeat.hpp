@@ -21,9 +21,9 @@ class Heartbeat {
       const std::shared_ptr<dds::Participant>& participant, const MapPublisher::Identity& identity);
   ~Heartbeat();
 
-  /// From now on at least every 0.2 s, whatever was said last. `stale_after`: without fresh() for
-  /// so long it says that no clouds come.
-  void keep_on(std::chrono::milliseconds stale_after);
+  /// From now on at least every 0.2 s, whatever was said last. `stale_after`: without a cloud
+  /// for so long it says that no clouds come.
+  void keep_on(std::chrono::milliseconds stale_after, std::chrono::milliseconds hangs = kHangs);
   /// The mapper's loop turns; `clouds`: and clouds have come up to now.
   void alive(TimeNs last_cloud);
   /// Says this now, and again until something else is to be said.

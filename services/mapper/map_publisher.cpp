@@ -120,7 +120,7 @@ Result<void> MapPublisher::publish_heights(const OccupancyMap& map, const Tile& 
   return {};
 }
 
-Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all) {
+Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all, double budget_ms) {
   const Stopwatch watch;
   OccupancyMap& map = pipeline.map();
   const Stamp stamp{revision_ + 1, pipeline.account().last_frame_time, map.voxel_m()};
@@ -131,7 +131,7 @@ Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all) {
                            [this](const Tile* t) { return resume_at_ < t->key; }),
               changed.end());
   for (Tile* tile : changed) {
-    if (!all && watch.ms() > kBudgetMs) break;
+    if (!all && tile != changed.front() && watch.ms() >= budget_ms) break;
     resume_at_ = tile->key;
     const auto [it, fresh] = published_.try_emplace(tile->key);
     if (fresh || tile->reclassified) {
@@ -161,11 +161,11 @@ void MapPublisher::note_request(const v1::TileRequest& request) {
   }
 }
 
-Result<void> MapPublisher::send_again(MappingPipeline& pipeline) {
+Result<void> MapPublisher::send_again(MappingPipeline& pipeline, double budget_ms) {
   const Stopwatch watch;
   const OccupancyMap& map = pipeline.map();
   const Stamp stamp{revision_, pipeline.account().last_frame_time, map.voxel_m(), true};
-  while (!owed_.empty() && watch.ms() < kBudgetMs) {
+  for (bool more = true; more && !owed_.empty(); more = watch.ms() < budget_ms) {
     const auto [key, owed] = *owed_.begin();
     owed_.erase(owed_.begin());
     const Tile* tile = map.find(key);

@@ -34,11 +34,11 @@ class MapPublisher {
   /// Publishes tiles whose content differs from what was last published, and clears their flags.
   /// Heights that only got a new age wait up to a second, unless `all` is set: then all goes out,
   /// however long it takes. Error: what DDS says.
-  Result<void> publish_tiles(MappingPipeline& pipeline, bool all);
+  Result<void> publish_tiles(MappingPipeline& pipeline, bool all, double budget_ms = kBudgetMs);
   /// Notes what a subscriber lacks, by the digests of what it holds.
   void note_request(const v1::TileRequest& request);
   /// Sends what was noted, as much as the budget allows. Error: what DDS says.
-  Result<void> send_again(MappingPipeline& pipeline);
+  Result<void> send_again(MappingPipeline& pipeline, double budget_ms = kBudgetMs);
   /// Whether something noted is still to be sent.
   [[nodiscard]] bool owes() const { return !owed_.empty(); }
   /// Whole octree, if the map changed since the last time.

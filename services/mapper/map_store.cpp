@@ -42,10 +42,11 @@ Result<std::vector<fs::path>> tile_files(const std::string& folder) {
 }
 
 Result<Bytes> read_file(const fs::path& path) {
+  std::error_code failed;
+  Bytes bytes(fs::is_regular_file(path, failed) ? fs::file_size(path, failed) : 0);
   std::ifstream file(path, std::ios::binary);
-  Bytes bytes;
-  if (file) bytes.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-  if (!file.is_open() || file.bad())
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (failed || !file || bytes.empty())
     return Error{ErrorCode::kResource, path, "cannot be read",
                  "check its permissions and its disk"};
   return bytes;

@@ -114,9 +114,10 @@ class Service {
     while (!context_.stopping()) {
       wakeup_.wait_for(publisher->owes() ? 1ms : 20ms);
       heartbeat_->alive(pipeline_.last_arrival());
-      if (const Succession::Rival rival = succession.look(identity_.term); rival.term > 0) {
-        if (!rival.empty || pipeline_.map().tile_count() == 0)
-          return succession.deposed_by(rival, identity_.term);
+      if (const Succession::Rival rival =
+              succession.look(identity_.term, pipeline_.map().tile_count());
+          rival.term > 0) {
+        if (!rival.began_anew) return succession.deposed_by(rival, identity_.term);
         take_back(rival, *publisher);
         return Served::kTakesBack;
       }
@@ -188,7 +189,7 @@ class Service {
   /// Somebody began with nothing because it did not hear us. Who has the map goes on, with a term
   /// that is higher, and all readers with it.
   void take_back(const Succession::Rival& rival, const MapPublisher& publisher) {
-    log_warning("another mapper began without a map (term " + std::to_string(rival.term) +
+    log_warning("another mapper began anew (term " + std::to_string(rival.term) +
                 "): this one, which has it, goes on");
     last_heard_ = publisher.status(pipeline_, health());
     identity_.term = Succession::next_term(rival.term);

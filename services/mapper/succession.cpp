@@ -24,14 +24,17 @@ bool Succession::another_serves(const std::function<bool()>& stopping) {
   return false;
 }
 
-Succession::Rival Succession::look(int term) {
+Succession::Rival Succession::look(int term, std::size_t tiles) {
   Rival rival;
   while (const auto other = others_.take()) {
     const v1::MapStatus& s = **other;
     if (s.mapper() == mapper_ || s.crane() != crane_) continue;
     const int theirs = static_cast<int>(s.term());
     if (theirs < term || (theirs == term && s.mapper() < mapper_)) continue;
-    rival = {theirs, s.voxel_tiles() == 0 && s.last_frame_time_ns() == 0};
+    // Later than this it may know what we do not.
+    constexpr TimeNs kMoments = 30 * kNsPerSecond;
+    rival = {theirs, s.time_ns() - s.mapper_start_ns() < kMoments &&
+                         2 * std::size_t(s.voxel_tiles()) < tiles};
   }
   return rival;
 }

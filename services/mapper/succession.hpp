@@ -20,10 +20,12 @@ class Succession {
   bool another_serves(const std::function<bool()>& stopping);
   /// Whether a mapper of a higher term than ours serves, so that nobody hears us any more.
   struct Rival {
-    int term = 0;        ///< 0 = there is none
-    bool empty = false;  ///< it has mapped nothing: it began because it did not hear us
+    int term = 0;  ///< 0 = there is none
+    /// It began moments ago, because it did not hear us, with nothing or hardly anything.
+    bool began_anew = false;
   };
-  Rival look(int term);
+  /// `tiles`: of our map.
+  Rival look(int term, std::size_t tiles);
   /// Error: Resource: that mapper has taken over.
   [[nodiscard]] Error deposed_by(const Rival& rival, int term) const;
 

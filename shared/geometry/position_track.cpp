@@ -104,8 +104,10 @@ PositionTrack::Lookup PositionTrack::at(TimeNs time, double& distance_m) const {
   const bool first = after == readings_.begin();
   const auto before = first ? after : std::prev(after);
   const bool exact = after->time == time;
-  if (!exact && (first || after->time - before->time > limits_.max_gap.count()))
-    return Lookup::kGap;
+  const TimeNs gap = limits_.max_gap.count();
+  if (!exact && (first || after->time - before->time > gap))
+    return doubtful(std::max(before->time, time - gap), after->time) && !first ? Lookup::kDoubtful
+                                                                               : Lookup::kGap;
   // A reading by itself, with another run on both sides, is a jump there and back.
   const bool joined =
       exact ? (!first && before->run == after->run) ||

@@ -57,9 +57,7 @@ class PositionTrack {
   /// What was known at `time` was right: its run is the trusted one from now on.
   void trust(TimeNs time);
   /// Whether the newest reading is of the trusted run.
-  [[nodiscard]] bool trusted() const {
-    return readings_.empty() || trusts(readings_.back().run);
-  }
+  [[nodiscard]] bool trusted() const { return readings_.empty() || trusts(readings_.back().run); }
   /// By how much the last run jumped away [m]; 0 = none did.
   [[nodiscard]] double last_jump_m() const { return last_jump_m_; }
 

@@ -12,7 +12,7 @@ constexpr TimeNs kLately = 30 * kNsPerSecond;
 /// frame to frame do not take it along.
 constexpr TimeNs kKept = 10 * kNsPerSecond;
 constexpr std::size_t kMostPatches = 1024;
-constexpr int kPixelStep = 4;
+constexpr double kSamples = 60'000;  ///< of a frame are looked at: several a cell
 /// Shifts that are tried, to all four sides [cells]: of what fits well here, and of what does not.
 constexpr int kReach = 16, kFarReach = 64;
 /// Nearer than this is the same place [cells].
@@ -50,10 +50,12 @@ void PlacementCheck::rasterise(const DepthFrame& f) {
   static thread_local std::vector<Sample> samples;
   samples.clear();
   int x0 = 1 << 30, y0 = 1 << 30, x1 = -(1 << 30), y1 = -(1 << 30);
+  const auto step = static_cast<std::uint32_t>(
+      std::max(1.0, std::ceil(std::sqrt(double(f.width) * f.height / kSamples))));
   const Eigen::Matrix3d R = f.T_map_rectified.linear();
   const Eigen::Vector3d t = f.T_map_rectified.translation();
-  for (std::uint32_t v = kPixelStep / 2; v < f.height; v += kPixelStep)
-    for (std::uint32_t u = kPixelStep / 2; u < f.width; u += kPixelStep) {
+  for (std::uint32_t v = step / 2; v < f.height; v += step)
+    for (std::uint32_t u = step / 2; u < f.width; u += step) {
       const std::size_t i = std::size_t(v) * f.width + u;
       const double z = f.depth_m[i];
       if (!(z > 0) || f.confidence[i] < 64) continue;
