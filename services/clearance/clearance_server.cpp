@@ -82,7 +82,9 @@ Result<void> ClearanceServer::step(std::chrono::milliseconds limit) {
     const Stopwatch watch;
     const client::Clearance answer = map_->clearance(to_query(**request));
     stages.add("clearance", watch.ms());
-    if (answer.verdict == client::Verdict::kInvalid) dropped.add("no answer: " + answer.text);
+    if (answer.verdict == client::Verdict::kInvalid)
+      dropped.add(answer.reason == client::Reason::kBadQuery ? Cause::kNoAnswerBadQuery
+                                                             : Cause::kNoAnswerMapInvalid);
     if (auto sent = replies_.write(to_reply(**request, answer)); !sent) return sent;
     stages.add("request to reply", double(SystemClock().now() - request->source_time_ns()) * 1e-6);
     ++answered_;

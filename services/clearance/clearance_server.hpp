@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "base/drop_counts.hpp"
 #include "base/stage_times.hpp"
 #include "base/wakeup.hpp"
 #include "crane/client/map.hpp"

@@ -208,7 +208,7 @@ class Run {
   Result<void> settle() {
     for (const Stopwatch watch; watch.ms() < 300'000 && !stop_requested();) {
       const client::Status s = map_->status();
-      const bool making = !s.alive || s.reason.rfind("paper:", 0) == 0;
+      const bool making = !s.alive || s.reason_code == v1::MAP_BEING_MADE;
       if (!making && watch.ms() > (s.complete ? 1000 : 20'000)) break;
       if (auto alive = services_->watch(); !alive) return alive;
       wakeup_.wait_for(50ms);

@@ -67,7 +67,7 @@ class Player {
       const TimeNs time =
           r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
       if (options_.resume && clock.due(time) < MonotonicClock().now() - kNsPerSecond) {
-        status().dropped.add("skipped after a restart");
+        status().dropped.add(Cause::kSkippedAfterRestart);
         continue;
       }
       wait_until(clock.due(time), context_);
@@ -127,7 +127,7 @@ class Player {
     if (r.hoist != nullptr) return send(*r.hoist, time);
     if (!std::isfinite(r.distance_m)) {
       // Said to be failed rather than left out: the mapper then knows why there is a gap.
-      status().dropped.add("device gave no distance");
+      status().dropped.add(Cause::kDeviceGaveNoDistance);
     }
     v1::RangefinderPosition sample;
     const bool cart = r.axis == v1::AXIS_CART;
@@ -140,7 +140,7 @@ class Player {
     sample.distance_m(std::isfinite(r.distance_m) ? r.distance_m : 0);
     sample.accuracy_m(model.accuracy_m);
     const bool in_range = std::abs(r.distance_m) <= model.range_m;
-    if (std::isfinite(r.distance_m) && !in_range) status().dropped.add("beyond the device's range");
+    if (std::isfinite(r.distance_m) && !in_range) status().dropped.add(Cause::kBeyondDeviceRange);
     sample.device_status(in_range ? v1::STATUS_OK : v1::STATUS_FAILED);
     ++status().received;
     count(writer_.write(sample));
@@ -169,7 +169,7 @@ class Player {
       ++status().published;
       return;
     }
-    status().dropped.add("not accepted by DDS");
+    status().dropped.add(Cause::kNotAcceptedByDds);
     log_warning(sent.error().text());
   }
 

@@ -241,6 +241,7 @@ Status MapFollower::status() const {
   out.valid = out.alive && s.validity() == 0;
   out.complete = complete();
   out.reason = out.alive ? s.reason().c_str() : "no heartbeat of the mapper for more than 1 s";
+  out.reason_code = s.reason_code();
   out.mapper = s.mapper();
   out.map_id = s.map_id();
   out.revision = s.revision();

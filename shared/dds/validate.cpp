@@ -114,6 +114,7 @@ const char* flaw(const v1::OctreeMap& s) {
 const char* flaw(const v1::MapStatus& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
+  if (s.reason_code() > v1::MAP_HOIST_OF_ANOTHER_TIME) return "unknown reason_code";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
   if (s.term() > 0x7FFFFFFFU) return "term out of range";
   if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";

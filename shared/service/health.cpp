@@ -86,7 +86,8 @@ Result<void> ask_health(const std::string& address, int port) {
   client.set_read_timeout(2);
   const auto answer = client.Get("/healthz");
   const std::string where = "http " + address + ":" + std::to_string(port);
-  if (!answer) return Error{ErrorCode::kResource, where, kNoAnswer, "is the service running?"};
+  if (!answer)
+    return Error{ErrorCode::kNotAvailable, where, "no answer", "is the service running?"};
   if (answer->status != 200) return Error{ErrorCode::kResource, where, answer->body, ""};
   return {};
 }

@@ -9,6 +9,7 @@
 
 #include "bounds.h"
 #include "domain.hpp"
+#include "mapper/heartbeat.hpp"
 #include "mapper/map_publisher.hpp"
 #include "recording/recording.hpp"
 #include "temp_folder.hpp"
@@ -25,6 +26,7 @@ class ClearanceServerTest : public ::testing::Test {
         builder_(config(), rig_),
         participant_(*dds::Participant::create(test::settings(), "mapper")),
         publisher_(*MapPublisher::create(participant_, {1, 42, 7}, false)),
+        heartbeat_(*Heartbeat::create(participant_, {1, 42, 7})),
         controller_(*dds::Participant::create(test::settings(), "controller")),
         requests_(*dds::Writer<dds::ClearanceRequestTopic>::create(controller_)),
         replies_(*dds::Reader<dds::ClearanceReplyTopic>::create(controller_, &wakeup_)) {
@@ -58,7 +60,7 @@ class ClearanceServerTest : public ::testing::Test {
     tile.reclassified = true;
     map.mark_changed(tile);
     EXPECT_TRUE(publisher_.publish_tiles(builder_, true));
-    publisher_.publish_status(builder_, {});
+    heartbeat_->say(publisher_.status(builder_, {}));
   }
   static v1::ClearanceRequest request(std::uint64_t number, double z_m) {
     v1::ClearanceRequest r;
@@ -86,7 +88,7 @@ class ClearanceServerTest : public ::testing::Test {
     v1::ClearanceReply last;
     const std::uint64_t before = number_;  // a reply may come a round later
     (void)test::eventually([&] {
-      publisher_.publish_status(builder_, {});
+      heartbeat_->say(publisher_.status(builder_, {}));
       EXPECT_TRUE(requests_.write(request(++number_, z_m)));
       wakeup_.wait_for(50ms);
       while (const auto reply = replies_.take())
@@ -97,9 +99,10 @@ class ClearanceServerTest : public ::testing::Test {
   }
 
   StereoRig rig_;
-  MapBuilder builder_;
+  MappingPipeline builder_;
   std::shared_ptr<dds::Participant> participant_;
   MapPublisher publisher_;
+  std::unique_ptr<Heartbeat> heartbeat_;
   Wakeup wakeup_;
   std::shared_ptr<dds::Participant> controller_;
   dds::Writer<dds::ClearanceRequestTopic> requests_;

@@ -81,7 +81,7 @@ TEST(Health, AnswersWhatItWasToldAndRefusesAPortThatIsTaken) {
   ASSERT_FALSE(failed);
   EXPECT_NE(failed.error().what.find("failed: no camera"), std::string::npos);
   server->reset();
-  EXPECT_EQ(ask_health("127.0.0.1", kPort).error().what, kNoAnswer);
+  EXPECT_EQ(ask_health("127.0.0.1", kPort).error().code, ErrorCode::kNotAvailable);
 }
 
 }  // namespace

@@ -34,12 +34,13 @@ struct Options {
 
 /// What the mapper last said of the map, and what of it has arrived here.
 struct Status {
-  bool heard = false;        ///< any heartbeat at all
-  bool alive = false;        ///< a heartbeat within the last second
-  bool valid = false;        ///< alive, and clouds and positions are fresh
-  bool complete = false;     ///< all tiles and zones of the said revision are here (digests agree)
-  std::string reason;        ///< why not valid
-  std::uint64_t mapper = 0;  ///< the process that serves the map
+  bool heard = false;     ///< any heartbeat at all
+  bool alive = false;     ///< a heartbeat within the last second
+  bool valid = false;     ///< alive, and clouds and positions are fresh
+  bool complete = false;  ///< all tiles and zones of the said revision are here (digests agree)
+  std::string reason;     ///< why not valid
+  std::uint32_t reason_code = 0;  ///< the same as a number: MAP_* of idl/v1/bounds.idl
+  std::uint64_t mapper = 0;       ///< the process that serves the map
   std::uint64_t map_id = 0, revision = 0;
   std::uint64_t voxel_digest = 0, height_digest = 0;  ///< of what is held *here*
   std::uint32_t tiles = 0;                            ///< of voxels, held here
