@@ -23,8 +23,7 @@ struct Options {
   double seconds = 0;
 };
 
-/// False when nobody takes what is said any more: the pipe's other end has ended.
-bool show(const client::Status& map, const std::vector<client::Zone>& zones,
+void show(const client::Status& map, const std::vector<client::Zone>& zones,
           const std::map<std::uint32_t, v1::ServiceStatus>& services) {
   if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
   const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
@@ -55,7 +54,7 @@ bool show(const client::Status& map, const std::vector<client::Zone>& zones,
                   d.cause().c_str());
   }
   std::printf("\n");
-  return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  std::fflush(stdout);
 }
 
 int watch(const Options& options) {
@@ -85,7 +84,7 @@ int watch(const Options& options) {
       wakeup.wait_for(100ms);
       while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
     }
-    if (!show(map->status(), map->zones(), services)) break;
+    show(map->status(), map->zones(), services);
     if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
   }
   return kExitOk;
