@@ -53,11 +53,11 @@ std::optional<PaperMapper> make_paper(const MapperConfig& c) {
   return PaperMapper(s);
 }
 
-/// Cells of which the camera sees about a hundred along its longer side.
-double cell_m(const MapperConfig& c, const StereoRig& rig) {
+/// Of the grid on which frames are compared: the camera sees about a hundred along its longer side.
+double cell_m(const StereoRig& rig) {
   const double seen_m =
       rig.camera_height_m() * double(rig.left.width) / std::max(1.0, rig.left.fx_px);
-  return std::max({choose_voxel(c, rig), seen_m / 100, 0.02});
+  return std::max(seen_m / 100, 0.01);
 }
 
 }  // namespace
@@ -91,7 +91,7 @@ MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& ri
       ceiling_m_(ceiling(config, hoist, rig)),
       calibration_(calibration_digest(rig)),
       gantry_(config),
-      placement_(cell_m(config, rig)),
+      placement_(cell_m(rig)),
       looked_closely_at_m_(0, 0),
       hoist_(hoist, rig.camera_height_m()),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
