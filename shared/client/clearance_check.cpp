@@ -209,9 +209,8 @@ class Check {
       never_seen_ = true;
     else
       oldest_ = std::min(oldest_, seen);
-    const bool old = query_.max_age_s > 0 && (seen == 0 || seen < oldest_allowed_);
-    const bool few = query_.min_views > 1 && (surface == nullptr || !is_known(surface->state) ||
-                                              surface->views < query_.min_views);
+    const bool old = too_old(seen);
+    const bool few = too_few_views(surface);
     other_flaw_ |= old || few;
     if (answer.unknown || old) ++unknown_;
     if (decided_ || (!answer.occupied && !answer.unknown && !old && !few)) return;
@@ -267,6 +266,7 @@ class Check {
       for (Pose& p : flat.path) p.z_m = asked_m;
       flown = sweep(flat, map_.voxel_m, map_.ceiling_m);
     }
+    if (!level && any_flawed(flown)) return;
     const std::vector<SweptPiece>& all = level ? pieces : flown;
     std::vector<const Zone*> no_go;
     if (map_.zones != nullptr)
@@ -289,6 +289,31 @@ class Check {
     out_.safe_height_m = std::max(asked_m, next->low_m);
     out_.safe_low_m = next->low_m;
     out_.safe_high_m = next->high_m;
+  }
+
+  /// Whether any column is too old, or seen too seldom: that blocks at every height.
+  bool any_flawed(const std::vector<SweptPiece>& pieces) {
+    if (query_.max_age_s <= 0 && query_.min_views <= 1) return false;
+    for (const SweptPiece& piece : pieces)
+      for (const PolygonRow& row : rows_of(piece.hull, map_.voxel_m)) {
+        const HeightColumns* heights = nullptr;
+        for (int x = row.first; x <= row.last; ++x) {
+          if (x == row.first || in_tile(x) == 0)
+            heights = tiles_.at(tile_of(x), tile_of(row.row)).heights;
+          const std::size_t column = std::size_t(in_tile(row.row) * kTileEdge + in_tile(x));
+          const ColumnHeight* c = heights != nullptr ? &heights->columns[column] : nullptr;
+          if (too_old(c != nullptr ? c->last_observed : 0) || too_few_views(c)) return true;
+        }
+      }
+    return false;
+  }
+
+  [[nodiscard]] bool too_old(std::int64_t seen) const {
+    return query_.max_age_s > 0 && (seen == 0 || seen < oldest_allowed_);
+  }
+  [[nodiscard]] bool too_few_views(const ColumnHeight* surface) const {
+    return query_.min_views > 1 &&
+           (surface == nullptr || !is_known(surface->state) || surface->views < query_.min_views);
   }
 
   [[nodiscard]] std::string in_words() const {

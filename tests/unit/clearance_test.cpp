@@ -634,6 +634,34 @@ TEST(Clearance, TheNextClearHeightIsTheFirstThatAScanUpwardsFinds) {
   EXPECT_GT(higher, 100);
 }
 
+TEST(Clearance, TheNextClearHeightIsClearWithAgesAndViewsDemandedAsWell) {
+  std::mt19937 random(35);
+  int found = 0;
+  for (int i = 0; i < 300; ++i) {
+    HallWithAll hall = random_hall_with_all(random);
+    for (auto& [key, tile] : hall.map.heights) {
+      for (ColumnHeight& c : tile.columns) {
+        c.state = ColumnState::kFloor;
+        c.views = random() % 300 == 0 ? 1 : 3;
+        if (random() % 300 == 0) c.last_observed = 900 * kNsPerSecond;
+      }
+      tile.sum_up();
+    }
+    const ColumnView view = hall.view();
+    for (int k = 0; k < 5; ++k) {
+      ClearanceQuery q = random_query_of_any_height(random);
+      if (random() % 2 == 0) q.min_views = 2;
+      if (random() % 2 == 0) q.max_age_s = 50;
+      const Clearance answer = check_clearance(q, view, q.now_ns);
+      if (std::isnan(answer.safe_height_m)) continue;
+      ++found;
+      const Clearance there = check_clearance(flat(q, answer.safe_height_m), view, q.now_ns);
+      ASSERT_EQ(there.verdict, Verdict::kClear) << i << " " << k << ": " << there.text;
+    }
+  }
+  EXPECT_GT(found, 50);
+}
+
 TEST(Clearance, UpToTheRopesTopEqualsASlowReference) {
   std::mt19937 random(32);
   int clear = 0, blocked_above = 0;
