@@ -269,6 +269,8 @@ std::optional<Cause> MappingPipeline::integrate(const CloudSample& cloud, FrameR
     if (!paper_->add(cloud.frame, cloud.exposure_time)) return Cause::kPaperPoints;
     return std::nullopt;
   }
+  // A frame may make tiles before it finds no room for their blocks: not without end.
+  if (map_->memory_bytes() > bytes(config_)) return Cause::kMapFull;
   try {
     report.surfaces = integrator_.integrate(cloud.frame, cloud.exposure_time, *map_).surfaces;
   } catch (const std::exception&) {  // memory: what was put in so far stays
@@ -296,6 +298,7 @@ PipelineReport MappingPipeline::report() const {
   r.waiting = queue_.size();
   r.last_arrival = last_arrival_;
   r.age = ages_.time();
+  r.memory_full = map_->refused_blocks() > 0 || map_->memory_bytes() > bytes(config_);
   r.trust = seen_;
   for (const Axis axis : {Axis::kCart, Axis::kTrolley})
     if (r.trust == Trust::kGood && !gantry_.trusted(axis)) {

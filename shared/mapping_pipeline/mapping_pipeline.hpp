@@ -58,6 +58,7 @@ struct PipelineReport {
   Trust trust = Trust::kGood;
   double jump_m = 0;             ///< of the axis that jumped
   std::optional<Cause> refused;  ///< why the last frame is not in the map; nothing: it is
+  bool memory_full = false;  ///< what is new is not kept
   std::size_t waiting = 0;       ///< clouds that wait for their positions
   TimeNs last_arrival = 0;       ///< of a cloud
   TimeNs age = 0;                ///< of the map; see AgeClock

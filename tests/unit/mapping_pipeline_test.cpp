@@ -603,6 +603,28 @@ TEST_F(PositionsTest, ARangefinderThatHangsIsFoundOut) {
   EXPECT_LE(count(frames, std::nullopt), 7) << "0.2 m further at most";
 }
 
+TEST_F(MappingPipelineTest, AMapThatIsFullGrowsNoFurtherAndSaysSo) {
+  MapperConfig c = config();
+  c.max_memory_mib = 1;
+  c.largest_speed_mps = 1000;
+  MappingPipeline pipeline(c, rig_);
+  std::size_t most = 0;
+  for (int n = 0; n < 40; ++n) {
+    const TimeNs t = kT0 + n * 100 * kMs;
+    for (const TimeNs dt : {-20 * kMs, 20 * kMs}) {
+      pipeline.add_position(Axis::kCart, 1, t + dt, 3 + 0.9 * n);  // ever new ground
+      pipeline.add_position(Axis::kTrolley, 1, t + dt, 3);
+    }
+    pipeline.add_cloud(cloud(std::uint64_t(n), t), t);
+    ASSERT_TRUE(pipeline.step(t));
+    if (n == 20) most = pipeline.map().memory_bytes();
+  }
+  EXPECT_EQ(pipeline.map().memory_bytes(), most) << "nothing more is allocated";
+  EXPECT_LT(most, std::size_t(2) << 20U);
+  EXPECT_TRUE(pipeline.report().memory_full);
+  EXPECT_GT(pipeline.report().counts.of(Cause::kMapFull), 15U);
+}
+
 TEST_F(PositionsTest, ACloudOfAnotherCalibrationIsRefusedAndSaid) {
   MappingPipeline pipeline(crane_config(), rig_);
   for (TimeNs t = kT0 - 200 * kMs; t <= kT0 + 200 * kMs; t += 50 * kMs)
