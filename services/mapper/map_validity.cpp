@@ -39,9 +39,10 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
                                               axis + "_direction, and map anew; no frame is used");
   }
   if (r.trust == Trust::kContradicted)
-    return degraded(v1::MAP_CONTRADICTED,
-                    "frames see what lies elsewhere in the map: check direction and offset of the "
-                    "rangefinders, then start the mapper anew; no frame is used");
+    return degraded(
+        v1::MAP_CONTRADICTED,
+        "frames see what lies elsewhere in the map: check direction, offset and latency of the "
+        "rangefinders, then start the mapper anew; no frame is used");
   if (r.trust == Trust::kCartJumped)
     return degraded(v1::MAP_CART_POSITION, jump_text("cart", r.jump_m));
   if (r.trust == Trust::kTrolleyJumped)

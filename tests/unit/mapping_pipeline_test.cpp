@@ -594,6 +594,25 @@ TEST_F(PositionsTest, ARangefinderAtTheFarEndIsFoundOutAndSetRightByTheConfigura
   EXPECT_EQ(count(drive(right, 15, x, from_the_end), std::nullopt), 15);
 }
 
+TEST_F(PositionsTest, AnOffsetTooSmallForAJumpIsFoundByFramesAndNotTakenForAWrongDirection) {
+  MappingPipeline pipeline(crane_config(), rig_);
+  const auto frames = drive(
+      pipeline, 15, [](double) { return 3.0; },
+      [](double s) { return 3 + (s > 1 ? 0.17 : 0) + 0.001 * std::sin(50 * s); });
+  EXPECT_EQ(count(frames, std::nullopt), 6);
+  EXPECT_EQ(pipeline.report().trust, Trust::kContradicted);
+  EXPECT_EQ(pipeline.report().counts.of(Cause::kCartJump), 0U);
+}
+
+TEST_F(PositionsTest, FramesThatAgreeAgainAreUsedAgain) {
+  MappingPipeline pipeline(crane_config(), rig_);
+  const auto frames = drive(
+      pipeline, 20, [](double) { return 3.0; },
+      [](double s) { return 3 + (s > 1 && s < 2.1 ? 0.17 : 0) + 0.001 * std::sin(50 * s); });
+  EXPECT_EQ(pipeline.report().trust, Trust::kGood);
+  EXPECT_EQ(count(frames, std::nullopt), 6 + 7) << "after two more that agreed";
+}
+
 TEST_F(PositionsTest, ARangefinderThatHangsIsFoundOut) {
   MappingPipeline pipeline(crane_config(), rig_);
   const auto x = [](double s) { return 3 + 0.6 * s; };
