@@ -55,6 +55,9 @@ class Run {
     std::printf("\n");
     if (stop_requested()) return kExitDataLost;
     if (report_.map.frames_integrated == report_.frames) return kExitOk;
+    // What concerns all frames says more than their number.
+    if (report_.map.reason_code >= v1::MAP_CART_POSITION)
+      log_error("the map is not to be relied on: " + report_.map.reason);
     log_error(std::to_string(report_.frames - report_.map.frames_integrated) +
               " frame(s) are not in the map; the causes are counted above and in report.json");
     return kExitDataLost;

@@ -131,7 +131,8 @@ Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all, do
                            [this](const Tile* t) { return resume_at_ < t->key; }),
               changed.end());
   for (Tile* tile : changed) {
-    if (!all && tile != changed.front() && watch.ms() >= budget_ms) break;
+    behind_ = !all && tile != changed.front() && watch.ms() >= budget_ms;
+    if (behind_) break;
     resume_at_ = tile->key;
     const auto [it, fresh] = published_.try_emplace(tile->key);
     if (fresh || tile->reclassified) {

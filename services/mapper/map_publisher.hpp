@@ -35,6 +35,8 @@ class MapPublisher {
   /// Heights that only got a new age wait up to a second, unless `all` is set: then all goes out,
   /// however long it takes. Error: what DDS says.
   Result<void> publish_tiles(MappingPipeline& pipeline, bool all, double budget_ms = kBudgetMs);
+  /// Whether the budget ended the last call for tiles before its end.
+  [[nodiscard]] bool behind() const { return behind_; }
   /// Notes what a subscriber lacks, by the digests of what it holds.
   void note_request(const v1::TileRequest& request);
   /// Sends what was noted, as much as the budget allows. Error: what DDS says.
@@ -100,6 +102,7 @@ class MapPublisher {
   std::uint32_t voxel_tiles_ = 0, height_tiles_ = 0;
   std::uint64_t revision_ = 0, octree_revision_ = 0, published_tiles_ = 0;
   TileKey resume_at_{std::numeric_limits<std::int32_t>::min(), 0};  ///< where the budget ended
+  bool behind_ = false;
   std::map<TileKey, Owed> owed_;
   DropCounts counts_;
   std::vector<StageMs> stages_;

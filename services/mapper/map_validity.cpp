@@ -49,13 +49,17 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
                                               axis + "_direction, and map anew; no frame is used");
   }
   if (r.trust == Trust::kContradicted)
-    return degraded(v1::MAP_CONTRADICTED,
-                    "frames see what lies elsewhere in the map: check direction and offset of the "
-                    "rangefinders, then start the mapper anew; no frame is used");
+    return degraded(
+        v1::MAP_CONTRADICTED,
+        "frames see what lies elsewhere in the map: check direction, offset and latency of the "
+        "rangefinders, then start the mapper anew; no frame is used");
   if (r.trust == Trust::kCartJumped)
     return degraded(v1::MAP_CART_POSITION, jump_text("cart", r.jump_m));
   if (r.trust == Trust::kTrolleyJumped)
     return degraded(v1::MAP_TROLLEY_POSITION, jump_text("trolley", r.jump_m));
+  if (r.memory_full)
+    return degraded(v1::MAP_MEMORY_FULL,
+                    "the map has reached mapper.max_memory_mib, what is new is not kept: raise it");
   if (now - r.last_arrival > stale_after)
     return degraded(v1::MAP_NO_CLOUDS,
                     "no cloud for more than " + std::to_string(stale_after / 1'000'000) + " ms");

@@ -14,6 +14,7 @@
 #include "mapper/standby.hpp"
 #include "mapper/succession.hpp"
 #include "mapper/zone_book.hpp"
+#include "mapper/zone_desk.hpp"
 #include "mapping_pipeline/mapping_pipeline.hpp"
 #include "recording/calibration.hpp"
 #include "service/every.hpp"
@@ -23,6 +24,8 @@ namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr int kCloudsATurn = 8;  ///< then tiles and commands have theirs
 
 struct Options {
   std::string calibration, save, state;
@@ -84,9 +87,8 @@ class Service {
 
   Result<Served> serve(MapperInputs& inputs, Succession& succession, ZoneBook& zones,
                        MapStore& store) {
-    auto zone_sets = dds::Writer<dds::ZoneSetTopic>::create(
-        context_.participant, dds::ZoneSetTopic::kName, identity_.term);
-    if (!zone_sets) return zone_sets.error();
+    auto zone_desk = ZoneDesk::create(context_, zones, identity_);
+    if (!zone_desk) return zone_desk.error();
     auto publisher =
         MapPublisher::create(context_.participant, identity_,
                              context_.config.mapper.method == MapperConfig::Method::kPaper);
@@ -96,8 +98,7 @@ class Service {
     heartbeat_ = std::move(*heartbeat);
     heartbeat_->keep_on(std::chrono::milliseconds(context_.config.mapper.stale_ms));
     publisher->restore_revision(first_revision_);
-    if (auto sent = zone_sets->write(zones.set(crane(), identity_.map_id)); !sent)
-      return sent.error();
+    if (auto sent = zone_desk->say(); !sent) return sent.error();
     zones_revision_ = zones.revision();
     if (took_over_) {
       // Subscribers hold the same map already; that of a large hall takes a while to go out, and
@@ -112,7 +113,7 @@ class Service {
     const MapperConfig& config = context_.config.mapper;
     Every heartbeats(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
     while (!context_.stopping()) {
-      wakeup_.wait_for(publisher->owes() ? 1ms : 20ms);
+      wakeup_.wait_for(publisher->owes() || publisher->behind() ? 1ms : 20ms);
       heartbeat_->alive(pipeline_.last_arrival());
       if (const Succession::Rival rival =
               succession.look(identity_.term, pipeline_.map().tile_count());
@@ -122,9 +123,7 @@ class Service {
         return Served::kTakesBack;
       }
       inputs.take_motion(pipeline_);
-      if (auto done = take_commands(inputs, zones, *zone_sets); !done) return done.error();
-      if (context_.reload())
-        if (auto done = reload(zones, *zone_sets); !done) return done.error();
+      if (auto done = zone_desk->work(inputs, counts_); !done) return done.error();
       while (const auto request = inputs.take_request()) {
         if (again.due())
           publisher->note_request(**request);
@@ -134,7 +133,7 @@ class Service {
       if (auto done = publisher->send_again(pipeline_); !done) return done.error();
       zones_revision_ = zones.revision();
       const bool accounted = map_clouds(inputs);
-      if (accounted ? tiles.due() : rest.due()) {
+      if (accounted ? tiles.due() : rest.due() || publisher->behind()) {
         pipeline_.rest(MonotonicClock().now());
         if (auto done = hand_on(*publisher, store, false); !done) return done.error();
         if (accounted)
@@ -163,7 +162,7 @@ class Service {
         tell_of(*frame);
       }
     };
-    while (!context_.stopping()) {
+    for (int n = 0; n < kCloudsATurn && !context_.stopping(); ++n) {
       auto cloud = inputs.take_cloud(status().stages);
       if (!cloud) break;
       pipeline_.add_cloud(std::move(*cloud), MonotonicClock().now());
@@ -241,42 +240,6 @@ class Service {
                 (current ? "" : ", not all that there were"));
     if (auto cleared = store.clear(); !cleared) note_unsaved(cleared.error().text());
     return true;
-  }
-
-  Result<void> take_commands(MapperInputs& inputs, ZoneBook& zones,
-                             dds::Writer<dds::ZoneSetTopic>& sets) {
-    while (const auto command = inputs.take_command()) {
-      const std::uint64_t before = zones.revision();
-      if (auto done = zones.apply(**command); !done) {
-        log_warning(done.error().text());
-        counts_.add(Cause::kZoneCommandRefused);
-      }
-      if (zones.revision() == before) continue;
-      if (auto sent = sets.write(zones.set(crane(), identity_.map_id)); !sent) return sent;
-    }
-    return {};
-  }
-
-  /// SIGHUP: the zones of the configuration as they are now. A bad file changes nothing.
-  Result<void> reload(ZoneBook& zones, dds::Writer<dds::ZoneSetTopic>& sets) {
-    if (context_.config_file.empty()) {
-      log_warning("SIGHUP: nothing to read again, there is no --config");
-      return {};
-    }
-    auto read = read_site_config(context_.config_file);
-    if (!read) {
-      log_error("SIGHUP: the zones stay as they are: " + read.error().text());
-      return {};
-    }
-    SiteConfig rest = *read;
-    rest.zones = context_.config.zones;
-    if (to_yaml(rest) != to_yaml(context_.config))
-      log_warning("SIGHUP: only zones are taken; what else changed needs a restart");
-    context_.config.zones = read->zones;
-    if (auto done = zones.reload(read->zones); !done) log_warning(done.error().text());
-    log_info("zones read again: " + std::to_string(read->zones.size()) + " in " +
-             context_.config_file);
-    return sets.write(zones.set(crane(), identity_.map_id));
   }
 
   /// Tiles to the network, and to disk where asked for. The paper's method makes its map anew

@@ -81,6 +81,7 @@ constexpr Row kTable[] = {
     {Cause::kIntegrationFailed, "frame could not be integrated"},
     {Cause::kPointsOutsideHeights, "points outside z_min..z_max"},
     {Cause::kMapMemory, "blocks beyond max_memory_mib"},
+    {Cause::kMapFull, "frame not used: the map has reached max_memory_mib"},
     {Cause::kPaperPoints, "paper: point limit reached"},
     {Cause::kHoistFailed, "hoist_state says failed"},
     {Cause::kLoadTooLarge, "hoist_state: load larger than hoist.largest_load_m"},

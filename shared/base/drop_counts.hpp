@@ -85,6 +85,7 @@ enum class Cause : std::uint32_t {
   kPointsOutsideHeights = 94,
   kMapMemory = 95,
   kPaperPoints = 96,
+  kMapFull = 97,
   // Hook and load.
   kHoistFailed = 100,
   kLoadTooLarge = 101,

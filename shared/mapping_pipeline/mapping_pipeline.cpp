@@ -15,14 +15,6 @@ constexpr double kDefaultVoxel = 0.05;
 /// Positions that a player lost are sent again after 1.5 s; a killed neighbour can hold them up.
 constexpr TimeNs kReplayPatience = 6 * kNsPerSecond;
 
-/// So far cart and trolley move until a frame is compared closely with what was seen before.
-constexpr double kCloseLook_m = 0.3;
-/// So many frames in a row that contradict the map, and positions are not believed any more until
-/// frames agree with it again.
-constexpr int kContradictionsToDistrust = 3, kAgreementsToTrust = 3;
-/// From so far on it can be told that an axis went the other way.
-constexpr double kReversal_m = 0.15;
-
 double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
   if (c.voxel_m > 0) return c.voxel_m;
   return c.method == MapperConfig::Method::kPaper ? paper_voxel_m(rig.camera_height_m())
@@ -91,8 +83,7 @@ MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& ri
       ceiling_m_(ceiling(config, hoist, rig)),
       calibration_(calibration_digest(rig)),
       gantry_(config),
-      placement_(cell_m(rig)),
-      looked_closely_at_m_(0, 0),
+      positions_(cell_m(rig)),
       hoist_(hoist, rig.camera_height_m()),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
       integrator_(heights(config, rig)),
@@ -117,7 +108,7 @@ void MappingPipeline::add_hoist(const HoistReading& reading) {
 
 void MappingPipeline::add_cloud(CloudSample cloud, TimeNs now) {
   last_arrival_ = now;
-  if (cloud.stream != account().stream) placement_.clear();  // its times are others
+  if (cloud.stream != account().stream) positions_.begin_anew();  // its times are others
   queue_.add(std::move(cloud), now, counts_);
 }
 
@@ -193,12 +184,15 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
   }
 
   // 3. Checked: does it see here what was seen here before?
-  report.refused = check_placement(cloud, place, report);
+  const PositionTrust::Finding found = positions_.check(cloud.frame, cloud.exposure_time, place);
   lap("check placement");
-  if (report.refused) {
+  if (found.refused) {
+    report.refused = found.refused;
+    report.fits_better_m = found.fits_better_m;
     hoist_.prove_nothing();
     return report;
   }
+  gantry_.trust(cloud.exposure_time);
   hoist_.prove(gantry_, *map_);
 
   // 4. Surfaces found and put in, space before them freed.
@@ -228,58 +222,14 @@ void MappingPipeline::cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& g
                                                cloud.frame, cloud.depth_m));
 }
 
-std::optional<Cause> MappingPipeline::check_placement(const CloudSample& cloud,
-                                                      const Gantry::Place& place,
-                                                      FrameReport& report) {
-  using Verdict = PlacementCheck::Verdict;
-  const bool confirmed = place.known == PositionTrack::Lookup::kFound;
-  const Eigen::Vector2d moved_m = place.map_m - looked_closely_at_m_;
-  const bool closely = !confirmed || contradictions_ > 0 || moved_m.norm() > kCloseLook_m;
-  const PlacementCheck::Finding found =
-      placement_.compare(cloud.frame, cloud.exposure_time, closely);
-  const bool distrusted = seen_ != Trust::kGood;
-  if (found.verdict != Verdict::kAgrees) {
-    agreements_ = 0;
-    report.fits_better_m = found.shift_m;
-    if (!confirmed) return Cause::kPositionUnconfirmed;
-    if (found.verdict == Verdict::kContradicts) note_contradiction(moved_m, found.shift_m);
-    if (found.verdict == Verdict::kContradicts || distrusted) return Cause::kContradictsMap;
-  } else if (distrusted) {
-    // A wrong direction fits wherever the crane comes back to; only who set it can right it.
-    const bool for_good = seen_ != Trust::kContradicted;
-    if (for_good || ++agreements_ < kAgreementsToTrust) return Cause::kContradictsMap;
-    seen_ = Trust::kGood;
-  }
-  contradictions_ = 0;
-  if (closely) looked_closely_at_m_ = place.map_m;
-  gantry_.trust(cloud.exposure_time);
-  placement_.remember();
-  return std::nullopt;
-}
-
-/// `moved_m`: since the frame that is compared with, as positions say. Had an axis gone the other
-/// way, what the frame sees would lie twice that far back.
-void MappingPipeline::note_contradiction(const Eigen::Vector2d& moved_m,
-                                         const Eigen::Vector2d& shift_m) {
-  ++contradictions_;
-  if (seen_ != Trust::kGood) return;
-  for (const Axis axis : {Axis::kCart, Axis::kTrolley}) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    const double back_m = -2 * moved_m[i];
-    if (std::abs(back_m) > kReversal_m &&
-        std::abs(shift_m[i] - back_m) < kReversal_m + 0.1 * std::abs(back_m))
-      seen_ = axis == Axis::kCart ? Trust::kCartReversed : Trust::kTrolleyReversed;
-  }
-  if (seen_ == Trust::kGood && contradictions_ >= kContradictionsToDistrust)
-    seen_ = Trust::kContradicted;
-}
-
 std::optional<Cause> MappingPipeline::integrate(const CloudSample& cloud, FrameReport& report) {
   if (paper_) {
     stale_ = true;
     if (!paper_->add(cloud.frame, cloud.exposure_time)) return Cause::kPaperPoints;
     return std::nullopt;
   }
+  // A frame may make tiles before it finds no room for their blocks: not without end.
+  if (map_->memory_bytes() > bytes(config_)) return Cause::kMapFull;
   try {
     report.surfaces = integrator_.integrate(cloud.frame, cloud.exposure_time, *map_).surfaces;
   } catch (const std::exception&) {  // memory: what was put in so far stays
@@ -308,7 +258,8 @@ PipelineReport MappingPipeline::report() const {
   r.waiting = queue_.size();
   r.last_arrival = last_arrival_;
   r.age = ages_.time();
-  r.trust = seen_;
+  r.memory_full = map_->refused_blocks() > 0 || map_->memory_bytes() > bytes(config_);
+  r.trust = positions_.trust();
   for (const Axis axis : {Axis::kCart, Axis::kTrolley})
     if (r.trust == Trust::kGood && !gantry_.trusted(axis)) {
       r.trust = axis == Axis::kCart ? Trust::kCartJumped : Trust::kTrolleyJumped;
@@ -350,7 +301,7 @@ void MappingPipeline::clear() {
   map_ = std::make_unique<OccupancyMap>(map_->voxel_m(), bytes(config_));
   queue_.restore({});
   ages_ = AgeClock{};
-  placement_.clear();
+  positions_.begin_anew();
 }
 
 void MappingPipeline::adopt(const FrameAccount& account, HoistKnown hoist, TimeNs now) {

@@ -19,7 +19,7 @@
 #include "mapping_pipeline/cloud_queue.hpp"
 #include "mapping_pipeline/gantry.hpp"
 #include "mapping_pipeline/hoist_tracker.hpp"
-#include "mapping_pipeline/placement_check.hpp"
+#include "mapping_pipeline/position_trust.hpp"
 
 namespace crane {
 
@@ -40,16 +40,6 @@ struct FrameReport {
   std::vector<StageMs> stages;
 };
 
-/// What keeps frames out of the map at present.
-enum class Trust {
-  kGood,
-  kCartJumped,     ///< and no frame has confirmed the new positions yet
-  kTrolleyJumped,  ///< likewise
-  kContradicted,   ///< frames see what was seen elsewhere before
-  kCartReversed,   ///< they do just as if the cart went the other way
-  kTrolleyReversed,
-};
-
 /// What the pipeline says of itself, beside its map.
 struct PipelineReport {
   FrameAccount account;                     ///< of the stream that is mapped
@@ -60,6 +50,7 @@ struct PipelineReport {
   Trust trust = Trust::kGood;
   double jump_m = 0;             ///< of the axis that jumped
   std::optional<Cause> refused;  ///< why the last frame is not in the map; nothing: it is
+  bool memory_full = false;      ///< what is new is not kept
   std::size_t waiting = 0;       ///< clouds that wait for their positions
   TimeNs last_arrival = 0;       ///< of a cloud
   TimeNs age = 0;                ///< of the map; see AgeClock
@@ -132,9 +123,6 @@ class MappingPipeline {
   FrameReport map_frame(CloudSample& cloud, const Gantry::Place& place, TimeNs now);
   [[nodiscard]] Eigen::Isometry3d T_map_rectified(const CloudSample& cloud,
                                                   const Eigen::Vector2d& gantry_m) const;
-  std::optional<Cause> check_placement(const CloudSample& cloud, const Gantry::Place& place,
-                                       FrameReport& report);
-  void note_contradiction(const Eigen::Vector2d& moved_m, const Eigen::Vector2d& shift_m);
   void cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m);
   std::optional<Cause> integrate(const CloudSample& cloud, FrameReport& report);
 
@@ -144,10 +132,7 @@ class MappingPipeline {
   std::uint64_t calibration_;  ///< digest of the rig
   CloudQueue queue_;
   Gantry gantry_;
-  PlacementCheck placement_;
-  Eigen::Vector2d looked_closely_at_m_;
-  int contradictions_ = 0, agreements_ = 0;  ///< in a row
-  Trust seen_ = Trust::kGood;                ///< what frames say of positions
+  PositionTrust positions_;
   HoistTracker hoist_;
   HoistKnown hoist_known_;
   double hoist_apart_s_ = 0;

@@ -46,6 +46,7 @@ TEST(MapValidity, EachReasonHasANumberOfItsOwnAndWords) {
   EXPECT_EQ(code([](PipelineReport& r) { r.trust = Trust::kCartJumped; }), v1::MAP_CART_POSITION);
   EXPECT_EQ(code([](PipelineReport& r) { r.trust = Trust::kTrolleyJumped; }),
             v1::MAP_TROLLEY_POSITION);
+  EXPECT_EQ(code([](PipelineReport& r) { r.memory_full = true; }), v1::MAP_MEMORY_FULL);
   for (const Trust trust : {Trust::kContradicted, Trust::kCartReversed, Trust::kTrolleyReversed})
     EXPECT_EQ(code([trust](PipelineReport& r) { r.trust = trust; }), v1::MAP_CONTRADICTED);
   EXPECT_EQ(code([](PipelineReport& r) { r.refused = Cause::kCloudOtherCalibration; }),

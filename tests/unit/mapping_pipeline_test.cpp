@@ -627,6 +627,25 @@ TEST_F(PositionsTest, ARangefinderAtTheFarEndIsFoundOutAndSetRightByTheConfigura
   EXPECT_EQ(count(drive(right, 15, x, from_the_end), std::nullopt), 15);
 }
 
+TEST_F(PositionsTest, AnOffsetTooSmallForAJumpIsFoundByFramesAndNotTakenForAWrongDirection) {
+  MappingPipeline pipeline(crane_config(), rig_);
+  const auto frames = drive(
+      pipeline, 15, [](double) { return 3.0; },
+      [](double s) { return 3 + (s > 1 ? 0.17 : 0) + 0.001 * std::sin(50 * s); });
+  EXPECT_EQ(count(frames, std::nullopt), 6);
+  EXPECT_EQ(pipeline.report().trust, Trust::kContradicted);
+  EXPECT_EQ(pipeline.report().counts.of(Cause::kCartJump), 0U);
+}
+
+TEST_F(PositionsTest, FramesThatAgreeAgainAreUsedAgain) {
+  MappingPipeline pipeline(crane_config(), rig_);
+  const auto frames = drive(
+      pipeline, 20, [](double) { return 3.0; },
+      [](double s) { return 3 + (s > 1 && s < 2.1 ? 0.17 : 0) + 0.001 * std::sin(50 * s); });
+  EXPECT_EQ(pipeline.report().trust, Trust::kGood);
+  EXPECT_EQ(count(frames, std::nullopt), 6 + 7) << "after two more that agreed";
+}
+
 TEST_F(PositionsTest, ARangefinderThatHangsIsFoundOut) {
   MappingPipeline pipeline(crane_config(), rig_);
   const auto x = [](double s) { return 3 + 0.6 * s; };
@@ -634,6 +653,28 @@ TEST_F(PositionsTest, ARangefinderThatHangsIsFoundOut) {
       pipeline, 15, x, [&](double s) { return s > 1 ? x(1) : x(s) + 0.001 * std::sin(50 * s); });
   EXPECT_GE(count(frames, std::nullopt), 5);
   EXPECT_LE(count(frames, std::nullopt), 7) << "0.2 m further at most";
+}
+
+TEST_F(MappingPipelineTest, AMapThatIsFullGrowsNoFurtherAndSaysSo) {
+  MapperConfig c = config();
+  c.max_memory_mib = 1;
+  c.largest_speed_mps = 1000;
+  MappingPipeline pipeline(c, rig_);
+  std::size_t most = 0;
+  for (int n = 0; n < 40; ++n) {
+    const TimeNs t = kT0 + n * 100 * kMs;
+    for (const TimeNs dt : {-20 * kMs, 20 * kMs}) {
+      pipeline.add_position(Axis::kCart, 1, t + dt, 3 + 0.9 * n);  // ever new ground
+      pipeline.add_position(Axis::kTrolley, 1, t + dt, 3);
+    }
+    pipeline.add_cloud(cloud(std::uint64_t(n), t), t);
+    ASSERT_TRUE(pipeline.step(t));
+    if (n == 20) most = pipeline.map().memory_bytes();
+  }
+  EXPECT_EQ(pipeline.map().memory_bytes(), most) << "nothing more is allocated";
+  EXPECT_LT(most, std::size_t(2) << 20U);
+  EXPECT_TRUE(pipeline.report().memory_full);
+  EXPECT_GT(pipeline.report().counts.of(Cause::kMapFull), 15U);
 }
 
 TEST_F(PositionsTest, ACloudOfAnotherCalibrationIsRefusedAndSaid) {
