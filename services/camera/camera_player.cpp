@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "geometry/calibration_digest.hpp"
 #include "recording/image_file.hpp"
 #include "recording/recording.hpp"
 #include "service/player.hpp"
@@ -27,7 +28,9 @@ class Player {
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
-        writer_(std::move(writer)) {}
+        stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
+        writer_(std::move(writer)),
+        calibration_(calibration_digest(recording_.rig())) {}
 
   Result<void> play() {
     status().expected = options_.loop ? 0 : recording_.frames().size();
@@ -53,7 +56,7 @@ class Player {
     for (std::int64_t n = 0; (options_.loop || n < count) && !context_.stopping(); ++n) {
       const TimeNs time = recording_.frame_time(n);
       if (options_.resume && clock.due(time) < MonotonicClock().now()) {
-        status().dropped.add("skipped after a restart");
+        status().dropped.add(Cause::kSkippedAfterRestart);
         continue;
       }
       // Not at once: the stages that work on the frame before need the processor now.
@@ -106,7 +109,7 @@ class Player {
                   " although it was sent " + std::to_string(resends) + " times",
               "are cranemap-stereo and cranemap-mapper running for this crane and domain?"};
         next = accounted + 1;
-        status().dropped.add("sent again");
+        status().dropped.add(Cause::kSentAgain);
         since_progress = {};
       }
       status().tick();
@@ -130,7 +133,7 @@ class Player {
                       "use the calibration of this camera at this resolution"};
       if (!image) {
         log_error(image.error().text());
-        if (unreadable_.insert(n).second) status().dropped.add("image unreadable or of wrong size");
+        if (unreadable_.insert(n).second) status().dropped.add(Cause::kImageUnreadable);
         status().status = v1::STATUS_DEGRADED;
         status().message = image.error().text();
         return false;
@@ -139,7 +142,7 @@ class Player {
     }
     if (left_.channels != right_.channels) {
       log_error(frame.left_file + ": left and right differ in colour");
-      if (unreadable_.insert(n).second) status().dropped.add("left and right differ in colour");
+      if (unreadable_.insert(n).second) status().dropped.add(Cause::kColourDiffers);
       return false;
     }
     status().stages.add("decode", watch.ms());
@@ -158,7 +161,7 @@ class Player {
     const Stopwatch watch;
     v1::StereoFrame* sample = writer_.loan();
     if (sample == nullptr) {
-      status().dropped.add("no free frame memory");
+      status().dropped.add(Cause::kNoFrameMemory);
       return;
     }
     sample->crane(context_.participant->settings().crane);
@@ -166,14 +169,15 @@ class Player {
     sample->stream(options_.stream);
     sample->sequence_number(static_cast<std::uint64_t>(n));
     sample->after(after);
-    sample->exposure_time_ns(recording_.frame_time(n));
+    sample->exposure_time_ns(recording_.frame_time(n) + stamp_offset_);
+    sample->calibration(calibration_);
     sample->width(left_.width);
     sample->height(left_.height);
     std::memcpy(sample->left().data(), left_.bytes.data(), left_.bytes.size());
     std::memcpy(sample->right().data(), right_.bytes.data(), right_.bytes.size());
     status().stages.add("fill", watch.ms());
     if (auto sent = writer_.publish(sample); !sent) {
-      status().dropped.add("not accepted by DDS");
+      status().dropped.add(Cause::kNotAcceptedByDds);
       log_warning(sent.error().text());
       return;
     }
@@ -184,7 +188,9 @@ class Player {
   const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
+  TimeNs stamp_offset_;
   dds::Writer<dds::StereoFrameTopic> writer_;
+  std::uint64_t calibration_;  ///< digest
   Image left_, right_;
   std::set<std::int64_t> unreadable_;  ///< frames that will never be published
 };

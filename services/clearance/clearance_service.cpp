@@ -26,9 +26,10 @@ Result<void> serve(ServiceContext& context) {
     status.message = followed.valid ? "" : followed.reason;
     status.received = server->counts().received;
     status.published = server->answered();
+    if (!status.due()) continue;
     status.stages = server->stages;
     status.dropped = server->dropped;
-    add_reader_drops(status.dropped, "request", server->counts());
+    add_reader_drops(status.dropped, Cause::kRequestInvalid, Cause::kRequestLost, server->counts());
     status.tick();
   }
   return {};

@@ -22,7 +22,7 @@ int health(const SiteOptions& options) {
   bool well = true;
   for (std::uint32_t service = v1::SERVICE_CAMERA; service <= v1::SERVICE_DISCOVERY; ++service) {
     const auto answer = ask_health(site->http.address, site->http.port + static_cast<int>(service));
-    if (!answer && answer.error().what == kNoAnswer) continue;
+    if (!answer && answer.error().code == ErrorCode::kNotAvailable) continue;
     ++heard;
     well = well && answer.ok();
     std::printf("%s: %s\n", service_name(service),

@@ -29,7 +29,7 @@ constexpr double kNoProgressMs = 60'000;
 constexpr double kSettleMs = 3'000;
 
 struct Options {
-  std::string recording, out, config, method, rate = "max", network;
+  std::string recording, out, config, method, rate = "max", network, stamps = "now";
   double voxel_m = -1;
   int domain = -1;
 };
@@ -55,6 +55,9 @@ class Run {
     std::printf("\n");
     if (stop_requested()) return kExitDataLost;
     if (report_.map.frames_integrated == report_.frames) return kExitOk;
+    // What concerns all frames says more than their number.
+    if (report_.map.reason_code >= v1::MAP_CART_POSITION)
+      log_error("the map is not to be relied on: " + report_.map.reason);
     log_error(std::to_string(report_.frames - report_.map.frames_integrated) +
               " frame(s) are not in the map; the causes are counted above and in report.json");
     return kExitDataLost;
@@ -87,7 +90,6 @@ class Run {
     auto recording = Recording::open(options_.recording);
     if (!recording) return recording.error();
     report_.frames = recording->frames().size();
-    start_at_needed_ = !rate_.paced_by_map();
     std::error_code failed;
     fs::create_directories(fs::path(options_.out) / "logs", failed);
     if (!failed) fs::remove_all(fs::path(options_.out) / "state", failed);
@@ -141,11 +143,10 @@ class Run {
     std::vector<std::string> play = {"--config",    config,     options_.recording,     "--rate",
                                      options_.rate, "--stream", std::to_string(stream_)};
     std::vector<std::string> again;
-    if (start_at_needed_) {
-      const TimeNs start = SystemClock().now() + kNsPerSecond;
-      play.insert(play.end(), {"--start-at", std::to_string(start)});
-      again = {"--resume"};
-    }
+    // One start for both: it paces a timed play, and makes the time stamps of both those of now.
+    const TimeNs start = SystemClock().now() + (rate_.paced_by_map() ? 0 : kNsPerSecond);
+    play.insert(play.end(), {"--start-at", std::to_string(start), "--stamps", options_.stamps});
+    if (!rate_.paced_by_map()) again = {"--resume"};
     if (auto r = services_->start("rangefinder", play, again); !r) return r;
     return services_->start("camera", play, again);
   }
@@ -210,7 +211,7 @@ class Run {
   Result<void> settle() {
     for (const Stopwatch watch; watch.ms() < 300'000 && !stop_requested();) {
       const client::Status s = map_->status();
-      const bool making = !s.alive || s.reason.rfind("paper:", 0) == 0;
+      const bool making = !s.alive || s.reason_code == v1::MAP_BEING_MADE;
       if (!making && watch.ms() > (s.complete ? 1000 : 20'000)) break;
       if (auto alive = services_->watch(); !alive) return alive;
       wakeup_.wait_for(50ms);
@@ -299,7 +300,6 @@ class Run {
   const Options& options_;
   SiteConfig config_;
   PlayRate rate_;
-  bool start_at_needed_ = false;
   int mapper_kills_ = 0;
   std::uint64_t stream_ = 0;
   Wakeup wakeup_;
@@ -318,6 +318,12 @@ void add_common(CLI::App& command, Options& o) {
                   "default, or paper: the 2021 paper's steps, matching included")
       ->check(CLI::IsMember({"default", "paper"}));
   command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
+      ->capture_default_str();
+  command
+      .add_option("--stamps", o.stamps,
+                  "Times of the samples: now, or as recorded. A controller's own hoist_state "
+                  "agrees with now")
+      ->check(CLI::IsMember({"now", "recorded"}))
       ->capture_default_str();
   command.add_option(
       "--config", o.config,

@@ -36,6 +36,8 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
               {"tiles", r.map.tiles},
               {"occupied_voxels", r.voxels.occupied},
               {"free_voxels", r.voxels.free},
+              {"reason_code", r.map.reason_code},
+              {"reason", r.map.reason},
               {"voxel_digest", hex(r.map.voxel_digest)},
               {"height_digest", hex(r.map.height_digest)},
               {"complete_at_subscriber", r.map.complete}};

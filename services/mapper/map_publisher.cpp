@@ -39,9 +39,7 @@ Result<MapPublisher> MapPublisher::create(const std::shared_ptr<dds::Participant
   if (!heights) return heights.error();
   auto octree = make(dds::OctreeMapTopic{});
   if (!octree) return octree.error();
-  auto status = make(dds::MapStatusTopic{});
-  if (!status) return status.error();
-  MapPublisher p(std::move(*tiles), std::move(*heights), std::move(*octree), std::move(*status));
+  MapPublisher p(std::move(*tiles), std::move(*heights), std::move(*octree));
   p.crane_ = participant->settings().crane;
   p.identity_ = identity;
   p.paper_method_ = paper_method;
@@ -122,11 +120,20 @@ Result<void> MapPublisher::publish_heights(const OccupancyMap& map, const Tile& 
   return {};
 }
 
-Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
+Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all, double budget_ms) {
   const Stopwatch watch;
-  OccupancyMap& map = builder.map();
-  const Stamp stamp{revision_ + 1, builder.account().last_frame_time, map.voxel_m()};
-  for (Tile* tile : map.changed_tiles()) {
+  OccupancyMap& map = pipeline.map();
+  const Stamp stamp{revision_ + 1, pipeline.account().last_frame_time, map.voxel_m()};
+  std::vector<Tile*> changed = map.changed_tiles();
+  // Where the last call ended, so that none waits for ever behind those that change all the time.
+  std::rotate(changed.begin(),
+              std::find_if(changed.begin(), changed.end(),
+                           [this](const Tile* t) { return resume_at_ < t->key; }),
+              changed.end());
+  for (Tile* tile : changed) {
+    behind_ = !all && tile != changed.front() && watch.ms() >= budget_ms;
+    if (behind_) break;
+    resume_at_ = tile->key;
     const auto [it, fresh] = published_.try_emplace(tile->key);
     if (fresh || tile->reclassified) {
       bt_.changed(tile->key);
@@ -138,63 +145,71 @@ Result<void> MapPublisher::publish_tiles(MapBuilder& builder, bool all) {
     if (auto sent = publish_heights(map, *tile, stamp, it->second); !sent) return sent;
     tile->changed = tile->reclassified = tile->moved = false;
   }
-  stages.add("publish tiles", watch.ms());
+  stages_.push_back({"publish tiles", watch.ms()});
   return {};
 }
 
-Result<void> MapPublisher::send_again(MapBuilder& builder, const v1::TileRequest& request) {
-  if (request.map_id() != identity_.map_id) return {};
-  OccupancyMap& map = builder.map();
-  const Stamp stamp{revision_, builder.account().last_frame_time, map.voxel_m(), true};
-  // As they are now: sending again what has changed meanwhile changes them.
-  const auto voxel_buckets = voxel_digests_.buckets;
-  const auto height_buckets = height_digests_.buckets;
-  for (auto& [key, published] : published_) {
+void MapPublisher::note_request(const v1::TileRequest& request) {
+  if (request.map_id() != identity_.map_id) return;
+  for (const auto& [key, published] : published_) {
     const std::size_t bucket = BucketDigests::bucket_of(key);
-    const bool voxels = request.voxel_digests()[bucket] != voxel_buckets[bucket];
-    const bool heights = request.height_digests()[bucket] != height_buckets[bucket];
-    const Tile* tile = voxels || heights ? map.find(key) : nullptr;
-    if (tile == nullptr) continue;
-    if (voxels)
-      if (auto sent = publish_voxels(*tile, stamp, published); !sent) return sent;
-    if (heights && published.heights)
-      if (auto sent = publish_heights(map, *tile, stamp, published); !sent) return sent;
-    dropped.add("tiles sent again on request");
+    const bool voxels = request.voxel_digests()[bucket] != voxel_digests_.buckets[bucket];
+    const bool heights = request.height_digests()[bucket] != height_digests_.buckets[bucket];
+    if (!voxels && !heights) continue;
+    Owed& owed = owed_[key];
+    owed.voxels |= voxels;
+    owed.heights |= heights;
+  }
+}
+
+Result<void> MapPublisher::send_again(MappingPipeline& pipeline, double budget_ms) {
+  const Stopwatch watch;
+  const OccupancyMap& map = pipeline.map();
+  const Stamp stamp{revision_, pipeline.account().last_frame_time, map.voxel_m(), true};
+  for (bool more = true; more && !owed_.empty(); more = watch.ms() < budget_ms) {
+    const auto [key, owed] = *owed_.begin();
+    owed_.erase(owed_.begin());
+    const Tile* tile = map.find(key);
+    const auto published = published_.find(key);
+    if (tile == nullptr || published == published_.end()) continue;
+    if (owed.voxels)
+      if (auto sent = publish_voxels(*tile, stamp, published->second); !sent) return sent;
+    if (owed.heights && published->second.heights)
+      if (auto sent = publish_heights(map, *tile, stamp, published->second); !sent) return sent;
+    counts_.add(Cause::kTilesSentAgain);
   }
   return {};
 }
 
-Result<void> MapPublisher::publish_octree(MapBuilder& builder) {
+Result<void> MapPublisher::publish_octree(MappingPipeline& pipeline) {
   if (octree_revision_ == revision_) return {};
   const Stopwatch watch;
-  const Bytes file = bt_.write(builder.map());
+  const Bytes file = bt_.write(pipeline.map());
   Bytes payload = compress(file, kOctreeLevel);
   octree_revision_ = revision_;
   if (payload.size() > v1::MAX_OCTREE_BYTES) {
-    dropped.add("octree larger than its bound");
+    counts_.add(Cause::kOctreeTooLarge);
     return {};
   }
   v1::OctreeMap sample;
   sample.crane(crane_);
   sample.map_id(identity_.map_id);
   sample.revision(revision_);
-  sample.time_ns(builder.account().last_frame_time);
-  sample.voxel_m(builder.voxel_m());
+  sample.time_ns(pipeline.account().last_frame_time);
+  sample.voxel_m(pipeline.voxel_m());
   sample.encoding(1);
   sample.crc32c(crc32c(payload));
   sample.decoded_bytes(static_cast<std::uint32_t>(file.size()));
   sample.payload(std::move(payload));
   auto sent = octree_.write(sample);
-  stages.add("publish octree", watch.ms());
+  stages_.push_back({"publish octree", watch.ms()});
   return sent;
 }
 
-void MapPublisher::publish_status(const MapBuilder& builder, const Health& health) {
-  const FrameAccount& account = builder.account();
+v1::MapStatus MapPublisher::status(const MappingPipeline& pipeline, const Health& health) const {
+  const FrameAccount& account = pipeline.account();
   v1::MapStatus s;
   s.crane(crane_);
-  s.sequence_number(status_sequence_++);
-  s.time_ns(SystemClock().now());
   s.mapper(identity_.mapper);
   s.mapper_start_ns(identity_.mapper_start);
   s.map_id(identity_.map_id);
@@ -204,11 +219,13 @@ void MapPublisher::publish_status(const MapBuilder& builder, const Health& healt
   s.height_digest(height_digests_.all);
   s.voxel_tiles(voxel_tiles_);
   s.height_tiles(height_tiles_);
-  s.voxel_m(builder.voxel_m());
+  s.voxel_m(pipeline.voxel_m());
   s.validity(health.validity);
+  s.reason_code(health.reason_code);
   s.paper_method(paper_method_ ? 1 : 0);
-  s.hoist(static_cast<std::uint32_t>(builder.hoist()));
+  s.hoist(static_cast<std::uint32_t>(pipeline.report().hoist));
   s.term(static_cast<std::uint32_t>(identity_.term));
+  s.ceiling_m(pipeline.ceiling_m());
   s.forget_s(health.forget_s);
   s.stream(account.stream);
   s.last_frame(account.last_frame < 0 ? 0 : static_cast<std::uint64_t>(account.last_frame));
@@ -217,23 +234,13 @@ void MapPublisher::publish_status(const MapBuilder& builder, const Health& healt
   s.frames_rejected(account.rejected);
   s.frames_missing(account.missing);
   s.reason(health.reason.substr(0, 255).c_str());
-  if (auto sent = status_.write(s); !sent) dropped.add("map_status not accepted by DDS");
-}
-
-void MapPublisher::take_over(v1::MapStatus last) {
-  last.sequence_number(status_sequence_++);
-  last.time_ns(SystemClock().now());
-  last.mapper(identity_.mapper);
-  last.mapper_start_ns(identity_.mapper_start);
-  last.term(static_cast<std::uint32_t>(identity_.term));
-  if (auto sent = status_.write(last); !sent) dropped.add("map_status not accepted by DDS");
+  return s;
 }
 
 void MapPublisher::flush(std::chrono::milliseconds limit) {
   (void)tiles_.wait_for_readers(limit);
   (void)heights_.wait_for_readers(limit);
   (void)octree_.wait_for_readers(limit);
-  (void)status_.wait_for_readers(limit);
 }
 
 }  // namespace crane

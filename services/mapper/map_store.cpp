@@ -1,6 +1,7 @@
 #include "mapper/map_store.hpp"
 
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -27,6 +28,30 @@ Result<void> make_folder(const std::string& folder) {
   return {};
 }
 
+/// All of a folder's tiles, or an error: a part of a map is not a map.
+Result<std::vector<fs::path>> tile_files(const std::string& folder) {
+  std::vector<fs::path> tiles;
+  std::error_code failed;
+  fs::directory_iterator entry(folder, failed);
+  for (const fs::directory_iterator end; !failed && entry != end; entry.increment(failed))
+    if (entry->path().extension() == ".tile") tiles.push_back(entry->path());
+  if (failed)
+    return Error{ErrorCode::kResource, folder, "cannot be read to its end: " + failed.message(),
+                 "check its permissions and its disk"};
+  return tiles;
+}
+
+Result<Bytes> read_file(const fs::path& path) {
+  std::error_code failed;
+  Bytes bytes(fs::is_regular_file(path, failed) ? fs::file_size(path, failed) : 0);
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (failed || !file || bytes.empty())
+    return Error{ErrorCode::kResource, path, "cannot be read",
+                 "check its permissions and its disk"};
+  return bytes;
+}
+
 /// Tiles first: the account promises no frame that they do not have.
 Result<void> write_state(const std::string& folder, std::vector<NamedBytes> tiles,
                          const std::string& account) {
@@ -39,24 +64,32 @@ Result<void> write_state(const std::string& folder, std::vector<NamedBytes> tile
 
 }  // namespace
 
-Result<void> save_map(MapBuilder& builder, const std::string& folder) {
+Result<void> save_map(MappingPipeline& pipeline, const std::string& folder) {
   if (auto made = make_folder(folder); !made) return made;
-  const Bytes bt = write_bt(builder.map());
+  const Bytes bt = write_bt(pipeline.map());
   if (auto r = write_file(folder + "/map.bt", bt.data(), bt.size()); !r) return r;
-  const Bytes ot = write_colour_ot(builder.map());
+  const Bytes ot = write_colour_ot(pipeline.map());
   if (auto r = write_file(folder + "/map.ot", ot.data(), ot.size()); !r) return r;
-  const PointCloud cloud =
-      builder.paper_cloud() != nullptr ? *builder.paper_cloud() : builder.map().occupied_points();
+  const PointCloud cloud = pipeline.paper_cloud() != nullptr ? *pipeline.paper_cloud()
+                                                             : pipeline.map().occupied_points();
   if (cloud.empty()) return {};  // an empty map has no points; PCD cannot say so
   const std::string partial = folder + "/map.pcd.part";
   if (auto r = write_pcd(partial, cloud); !r) return r;
   return put_in_place(partial, folder + "/map.pcd");
 }
 
-Result<MapStore::State> MapStore::load(MapBuilder& builder) {
+Result<MapStore::State> MapStore::load(MappingPipeline& pipeline) {
   State state;
   const std::string account = folder_ + "/account.yaml";
-  if (!fs::exists(account)) return state;
+  std::error_code unreadable;
+  if (!fs::exists(account, unreadable)) {
+    if (unreadable)
+      return Error{ErrorCode::kResource, account, "cannot be read: " + unreadable.message(),
+                   "check its permissions and its disk"};
+    // Tiles without an account are of a map that was ended: they are none of the next one's.
+    if (auto cleared = clear(); !cleared) return cleared.error();
+    return state;
+  }
   auto y = YamlReader::from_file(account);
   if (!y) return y.error();
   const auto number = [&y](const char* key) {
@@ -75,72 +108,85 @@ Result<MapStore::State> MapStore::load(MapBuilder& builder) {
   a.integrated = number("integrated");
   a.rejected = number("rejected");
   a.missing = number("missing");
+  const std::uint64_t least = number("tiles");
   if (auto done = y->finish(); !done) return done.error();
-  if (voxel != builder.voxel_m())
+  if (voxel != pipeline.voxel_m())
     return Error{ErrorCode::kConfiguration, folder_,
                  "holds a map of another voxel size (" + std::to_string(voxel) + " m)",
                  "give another --state folder, or remove this one"};
-  std::error_code failed;
-  for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
-       entry.increment(failed)) {
-    if (entry->path().extension() != ".tile") continue;
-    std::ifstream file(entry->path(), std::ios::binary);
-    const Bytes bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (auto read = read_snapshot(bytes, builder.map()); !read)
-      return Error{read.error().code, entry->path(), read.error().what,
+  const auto tiles = tile_files(folder_);
+  if (!tiles) return tiles.error();
+  if (tiles->size() < least)
+    return Error{ErrorCode::kBadData, folder_,
+                 "has " + std::to_string(tiles->size()) + " of at least " + std::to_string(least) +
+                     " tiles: the rest was removed or cannot be seen",
+                 "bring it back from a copy, or remove the folder and map anew"};
+  for (const fs::path& path : *tiles) {
+    const auto bytes = read_file(path);
+    if (!bytes) return bytes.error();
+    if (auto read = read_snapshot(*bytes, pipeline.map()); !read)
+      return Error{read.error().code, path, read.error().what,
                    "remove the folder " + folder_ + " and map anew"};
   }
-  builder.restore(a, age);
+  for (const TileKey key : pipeline.map().tile_keys()) on_disk_.insert(key);
+  pipeline.restore(a, age);
   state.found = true;
   return state;
 }
 
 Result<void> MapStore::clear() {
-  if (folder_.empty() || !fs::exists(folder_)) return {};
   std::error_code failed;
+  if (folder_.empty() || !fs::exists(folder_, failed)) return {};
+  on_disk_.clear();
   fs::remove(folder_ + "/account.yaml", failed);  // first: without it the tiles are nothing
-  std::vector<fs::path> tiles;
-  for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
-       entry.increment(failed))
-    if (entry->path().extension() == ".tile") tiles.push_back(entry->path());
-  for (const fs::path& tile : tiles)
+  const auto tiles = tile_files(folder_);
+  if (!tiles) return tiles.error();
+  for (const fs::path& tile : *tiles)
     if (!failed) fs::remove(tile, failed);
   if (failed) return disk_error(folder_);
   return {};
 }
 
-void MapStore::note_changes(MapBuilder& builder) {
-  for (const Tile* tile : builder.map().changed_tiles()) unsaved_.insert(tile->key);
+void MapStore::note_changes(MappingPipeline& pipeline) {
+  for (const Tile* tile : pipeline.map().changed_tiles()) unsaved_.insert(tile->key);
 }
 
 MapStore::~MapStore() {
   if (saving_.valid()) saving_.wait();
 }
 
-Result<void> MapStore::save(MapBuilder& builder, const State& state) {
+Result<void> MapStore::save(MappingPipeline& pipeline, const State& state) {
   if (saving_.valid()) {
     if (saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return {};
     if (auto saved = taken(); !saved) return saved;  // its tiles are for the next time
   }
   std::vector<NamedBytes> tiles;
   for (const TileKey key : unsaved_)
-    if (const Tile* tile = builder.map().find(key))
+    if (const Tile* tile = pipeline.map().find(key))
       tiles.emplace_back(std::to_string(key.x) + "_" + std::to_string(key.y) + ".tile",
                          tile_bytes(*tile));
+  for (const TileKey key : unsaved_) on_disk_.insert(key);
   being_saved_ = std::move(unsaved_);
   unsaved_.clear();
   std::ostringstream s;
   s.precision(17);
   const FrameAccount& a = state.account;
-  s << "voxel_m: " << builder.voxel_m() << "\nage_ns: " << builder.age()
+  s << "voxel_m: " << pipeline.voxel_m() << "\nage_ns: " << pipeline.report().age
     << "\nrevision: " << state.revision << "\nstream: " << a.stream
-    << "\nlast_frame: " << a.last_frame + 1 << "  # plus one: 0 = none"
+    << "\ntiles: " << on_disk_.size() << "\nlast_frame: " << a.last_frame + 1
+    << "  # plus one: 0 = none"
     << "\nlast_frame_time_ns: " << a.last_frame_time << "\nintegrated: " << a.integrated
     << "\nrejected: " << a.rejected << "\nmissing: " << a.missing << "\n";
-  saving_ = std::async(std::launch::async,
-                       [folder = folder_, tiles = std::move(tiles), account = s.str()]() mutable {
-                         return write_state(folder, std::move(tiles), account);
-                       });
+  saving_ = std::async(
+      std::launch::async,
+      [folder = folder_, tiles = std::move(tiles), account = s.str()]() mutable -> Result<void> {
+        try {
+          return write_state(folder, std::move(tiles), account);
+        } catch (const std::exception& e) {
+          return Error{ErrorCode::kResource, folder, std::string("cannot be written: ") + e.what(),
+                       ""};
+        }
+      });
   return {};
 }
 

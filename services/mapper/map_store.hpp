@@ -5,13 +5,13 @@
 #include <string>
 
 #include "base/result.hpp"
-#include "mapper/map_builder.hpp"
+#include "mapping_pipeline/mapping_pipeline.hpp"
 
 namespace crane {
 
 /// Writes map.bt, map.ot (colour) and map.pcd. Each appears whole or not at all.
 /// Error: Resource, with the file.
-Result<void> save_map(MapBuilder& builder, const std::string& folder);
+Result<void> save_map(MappingPipeline& pipeline, const std::string& folder);
 
 /// The map on disk, tile by tile, so that a mapper that was killed goes on where it stopped.
 /// What is written depends on what changed. A file is whole or absent; the account is written
@@ -27,18 +27,19 @@ class MapStore {
   explicit MapStore(std::string folder) : folder_(std::move(folder)) {}
   ~MapStore();
 
-  /// Reads what is there into the builder. Nothing there: not found.
-  /// Error: BadData when it is damaged or was made with another voxel size.
-  Result<State> load(MapBuilder& builder);
+  /// Reads what is there into the pipeline. Nothing there: not found.
+  /// Error: BadData when it is damaged, tiles are missing, or it was made with another voxel size;
+  /// Resource when not all of it can be read. A part of a map is never taken for the map.
+  Result<State> load(MappingPipeline& pipeline);
   /// Removes what is there: a map begins that does not go on with it. Error: Resource.
   Result<void> clear();
   /// Remembers which tiles have changed flags now, for the next save().
-  void note_changes(MapBuilder& builder);
+  void note_changes(MappingPipeline& pipeline);
   [[nodiscard]] bool unsaved() const { return !unsaved_.empty(); }
   /// Tiles noted since the last save, then the account, by a thread of its own; nothing happens
   /// while the last save is still at it. Error: what the last save met; its tiles are then noted
   /// again, so that nothing is lost once there is room.
-  Result<void> save(MapBuilder& builder, const State& state);
+  Result<void> save(MappingPipeline& pipeline, const State& state);
   /// What the save that ended last met; empty: nothing, all of it is on disk.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   /// Waits for the last save. Error: what it met.
@@ -50,6 +51,8 @@ class MapStore {
   Result<void> taken();
 
   std::set<TileKey> unsaved_, being_saved_;
+  std::set<TileKey> on_disk_;  ///< once the save that runs has ended
+
   std::string trouble_;
   std::future<Result<void>> saving_;
 };

@@ -1,5 +1,7 @@
 #include "mapper/mapper_inputs.hpp"
 
+#include <algorithm>
+
 #include "bounds.h"
 #include "service/status_reporter.hpp"
 
@@ -9,7 +11,11 @@ namespace {
 /// Memory of its own: the writer may reuse the sample while the cloud waits for positions.
 CloudSample copy(const v1::PartialCloud& c) {
   CloudSample out;
-  const std::size_t pixels = std::size_t(c.width()) * c.height();
+  // Once: the sample is in the writer's memory, and may change while it is read.
+  out.frame.width = c.width();
+  out.frame.height = c.height();
+  const std::size_t pixels =
+      std::min<std::size_t>(std::size_t(out.frame.width) * out.frame.height, v1::MAX_PIXELS);
   out.stream = c.stream();
   out.sequence_number = c.sequence_number();
   out.after = c.after();
@@ -20,8 +26,7 @@ CloudSample copy(const v1::PartialCloud& c) {
   if (c.has_colour() == 1) out.colour.assign(c.colour().begin(), c.colour().begin() + 3 * pixels);
   for (int i = 0; i < 9; ++i)
     out.R_camera_rectified(i / 3, i % 3) = c.rotation()[static_cast<std::size_t>(i)];
-  out.frame.width = c.width();
-  out.frame.height = c.height();
+  out.calibration = c.calibration();
   out.frame.f_px = c.f_px();
   out.frame.cx_px = c.cx_px();
   out.frame.cy_px = c.cy_px();
@@ -56,30 +61,30 @@ void MapperInputs::end_serving() {
   serving_.reset();
 }
 
-void MapperInputs::take_motion(MapBuilder& builder) {
-  take_positions(builder);
-  take_hoist(builder);
+void MapperInputs::take_motion(MappingPipeline& pipeline) {
+  take_positions(pipeline);
+  take_hoist(pipeline);
 }
 
-void MapperInputs::take_positions(MapBuilder& builder) {
+void MapperInputs::take_positions(MappingPipeline& pipeline) {
   while (const auto sample = positions_.take()) {
     const v1::RangefinderPosition& p = **sample;
     const Axis axis = p.axis() == v1::AXIS_CART ? Axis::kCart : Axis::kTrolley;
     position_heard_ = std::chrono::steady_clock::now();
     if (!position_gates_[axis == Axis::kCart ? 0 : 1].pass(p.stream()))
-      builder.dropped.add("position of a second rangefinder on one axis");
+      counts_.add(axis == Axis::kCart ? Cause::kCartSecondSource : Cause::kTrolleySecondSource);
     else if (p.device_status() == v1::STATUS_OK)
-      builder.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
+      pipeline.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
     else
-      builder.add_failed_position(axis);
+      pipeline.add_failed_position(axis);
   }
 }
 
-void MapperInputs::take_hoist(MapBuilder& builder) {
+void MapperInputs::take_hoist(MappingPipeline& pipeline) {
   while (const auto sample = hoist_.take()) {
     const v1::HoistState& h = **sample;
     if (h.status() == v1::STATUS_FAILED) {
-      builder.add_failed_hoist();
+      pipeline.add_failed_hoist();
       continue;
     }
     HoistReading r;
@@ -89,31 +94,26 @@ void MapperInputs::take_hoist(MapBuilder& builder) {
     r.load_size_m = {h.load_size_x_m(), h.load_size_y_m(), h.load_size_z_m()};
     r.load_yaw_rad = h.load_yaw_rad();
     r.sway_m = {h.sway_x_m(), h.sway_y_m()};
-    builder.add_hoist(r);
+    pipeline.add_hoist(r);
   }
 }
 
-bool MapperInputs::take_clouds(MapBuilder& builder, const std::function<bool()>& stopping) {
-  bool accounted = false;
-  while (serving_ && !stopping()) {
+std::optional<CloudSample> MapperInputs::take_cloud(StageTimes& stages) {
+  while (serving_) {
     const auto sample = serving_->clouds.take();
     if (!sample) break;
     ++clouds_received_;
     stream_ = (*sample)->stream();
-    add_delivery_times(builder.stages, "stereo to mapper", *sample, serving_->clouds.counts());
+    add_delivery_times(stages, "stereo to mapper", *sample, serving_->clouds.counts());
     if (!cloud_gate_.pass(stream_)) {
-      builder.dropped.add("cloud of a second camera");
+      counts_.add(Cause::kCloudSecondCamera);
       continue;
     }
     CloudSample cloud = copy(**sample);
-    if (sample->intact())
-      builder.add_cloud(std::move(cloud), MonotonicClock().now());
-    else
-      builder.dropped.add("cloud overwritten before it was read");
-    while (builder.step(MonotonicClock().now())) accounted = true;
+    if (sample->intact()) return cloud;
+    counts_.add(Cause::kCloudOverwritten);
   }
-  while (builder.step(MonotonicClock().now())) accounted = true;
-  return accounted;
+  return std::nullopt;
 }
 
 std::unique_ptr<dds::Received<v1::TileRequest>> MapperInputs::take_request() {
@@ -128,13 +128,17 @@ bool MapperInputs::hears_rangefinders() const {
   return std::chrono::steady_clock::now() - position_heard_ < std::chrono::seconds(1);
 }
 
-void MapperInputs::add_drops(DropCounts& dropped) const {
-  add_reader_drops(dropped, "position", positions_.counts());
-  add_reader_drops(dropped, "hoist_state", hoist_.counts());
-  if (!serving_) return;
-  add_reader_drops(dropped, "cloud", serving_->clouds.counts());
-  add_reader_drops(dropped, "tile_request", serving_->requests.counts());
-  add_reader_drops(dropped, "zone_command", serving_->commands.counts());
+DropCounts MapperInputs::counts() const {
+  DropCounts c = counts_;
+  add_reader_drops(c, Cause::kPositionInvalid, Cause::kPositionLost, positions_.counts());
+  add_reader_drops(c, Cause::kHoistInvalid, Cause::kHoistLost, hoist_.counts());
+  if (!serving_) return c;
+  add_reader_drops(c, Cause::kCloudInvalid, Cause::kCloudLost, serving_->clouds.counts());
+  add_reader_drops(c, Cause::kTileRequestInvalid, Cause::kTileRequestLost,
+                   serving_->requests.counts());
+  add_reader_drops(c, Cause::kZoneCommandInvalid, Cause::kZoneCommandLost,
+                   serving_->commands.counts());
+  return c;
 }
 
 }  // namespace crane

@@ -2,13 +2,14 @@
 
 #include <array>
 #include <chrono>
-#include <functional>
 #include <memory>
 #include <optional>
 
+#include "base/drop_counts.hpp"
+#include "base/stage_times.hpp"
 #include "base/wakeup.hpp"
 #include "dds/endpoints.hpp"
-#include "mapper/map_builder.hpp"
+#include "mapping_pipeline/mapping_pipeline.hpp"
 #include "service/stream_gate.hpp"
 
 namespace crane {
@@ -23,10 +24,11 @@ class MapperInputs {
   Result<void> begin_serving();
   void end_serving();
 
-  /// Positions and hoist states that came, into the builder.
-  void take_motion(MapBuilder& builder);
-  /// Clouds that came, into the builder. True when a frame was accounted for.
-  bool take_clouds(MapBuilder& builder, const std::function<bool()>& stopping);
+  /// Positions and hoist states that came, into the pipeline.
+  void take_motion(MappingPipeline& pipeline);
+  /// The next cloud, copied: its writer may reuse the sample while it waits for positions. How it
+  /// was delivered goes into `stages`.
+  std::optional<CloudSample> take_cloud(StageTimes& stages);
   /// The next of each; nothing when none waits, or while it does not serve.
   std::unique_ptr<dds::Received<v1::TileRequest>> take_request();
   std::unique_ptr<dds::Received<v1::ZoneCommand>> take_command();
@@ -36,8 +38,8 @@ class MapperInputs {
   [[nodiscard]] std::uint64_t clouds_received() const { return clouds_received_; }
   /// Stream of the last cloud; 0 = none came.
   [[nodiscard]] std::uint64_t stream() const { return stream_; }
-  /// What the readers did not hand on, by cause.
-  void add_drops(DropCounts& dropped) const;
+  /// What was not handed on, by cause.
+  [[nodiscard]] DropCounts counts() const;
 
  private:
   struct Serving {
@@ -52,8 +54,8 @@ class MapperInputs {
         wakeup_(wakeup),
         positions_(std::move(positions)),
         hoist_(std::move(hoist)) {}
-  void take_positions(MapBuilder& builder);
-  void take_hoist(MapBuilder& builder);
+  void take_positions(MappingPipeline& pipeline);
+  void take_hoist(MappingPipeline& pipeline);
 
   std::shared_ptr<dds::Participant> participant_;
   Wakeup* wakeup_;
@@ -64,6 +66,7 @@ class MapperInputs {
   std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
   std::chrono::steady_clock::time_point position_heard_{};
   std::uint64_t clouds_received_ = 0, stream_ = 0;
+  DropCounts counts_;
 };
 
 }  // namespace crane

@@ -6,13 +6,16 @@
 
 #include "base/log.hpp"
 #include "config/site_config.hpp"
-#include "mapper/map_builder.hpp"
+#include "mapper/heartbeat.hpp"
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
+#include "mapper/map_validity.hpp"
 #include "mapper/mapper_inputs.hpp"
 #include "mapper/standby.hpp"
 #include "mapper/succession.hpp"
 #include "mapper/zone_book.hpp"
+#include "mapper/zone_desk.hpp"
+#include "mapping_pipeline/mapping_pipeline.hpp"
 #include "recording/calibration.hpp"
 #include "service/every.hpp"
 #include "service/run_service.hpp"
@@ -21,6 +24,8 @@ namespace crane {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr int kCloudsATurn = 8;  ///< then tiles and commands have theirs
 
 struct Options {
   std::string calibration, save, state;
@@ -37,7 +42,7 @@ class Service {
   Service(ServiceContext& context, const Options& options, const StereoRig& rig)
       : context_(context),
         options_(options),
-        builder_(context.config.mapper, rig, context.config.hoist) {}
+        pipeline_(context.config.mapper, rig, context.config.hoist) {}
 
   Result<void> run() {
     // Before anything else: what is published from now on is not to be missed.
@@ -67,65 +72,133 @@ class Service {
           "another mapper already serves crane " + std::to_string(crane()) + " in this domain",
           "stop it, give this one another crane number or dds.domain, or start it with --standby"};
     }
-    return serve(*inputs, *succession, *zones, store);
+    for (;;) {
+      auto served = serve(*inputs, *succession, *zones, store);
+      if (!served) return served.error();
+      if (*served == Served::kStopped) return {};
+    }
   }
 
  private:
-  Result<void> serve(MapperInputs& inputs, Succession& succession, ZoneBook& zones,
-                     MapStore& store) {
-    auto zone_sets = dds::Writer<dds::ZoneSetTopic>::create(
-        context_.participant, dds::ZoneSetTopic::kName, identity_.term);
-    if (!zone_sets) return zone_sets.error();
+  enum class Served {
+    kStopped,
+    kTakesBack,  ///< a mapper without a map did not hear us: we go on with a higher term than its
+  };
+
+  Result<Served> serve(MapperInputs& inputs, Succession& succession, ZoneBook& zones,
+                       MapStore& store) {
+    auto zone_desk = ZoneDesk::create(context_, zones, identity_);
+    if (!zone_desk) return zone_desk.error();
     auto publisher =
         MapPublisher::create(context_.participant, identity_,
                              context_.config.mapper.method == MapperConfig::Method::kPaper);
     if (!publisher) return publisher.error();
+    auto heartbeat = Heartbeat::create(context_.participant, identity_);
+    if (!heartbeat) return heartbeat.error();
+    heartbeat_ = std::move(*heartbeat);
+    heartbeat_->keep_on(std::chrono::milliseconds(context_.config.mapper.stale_ms));
     publisher->restore_revision(first_revision_);
-    if (auto sent = zone_sets->write(zones.set(crane(), identity_.map_id)); !sent) return sent;
+    if (auto sent = zone_desk->say(); !sent) return sent.error();
     zones_revision_ = zones.revision();
     if (took_over_) {
       // Subscribers hold the same map already; that of a large hall takes a while to go out, and
-      // all of it does before the next heartbeat says that it is there.
-      if (last_heard_) publisher->take_over(*last_heard_);
-      if (auto sent = publisher->publish_tiles(builder_, true); !sent) return sent;
+      // all of it does before a heartbeat says more than the last one that they heard.
+      if (last_heard_) heartbeat_->take_over(*last_heard_);
+      if (auto sent = publisher->publish_tiles(pipeline_, true); !sent) return sent.error();
       beat(*publisher);
     }
     log_info("serving crane " + std::to_string(crane()) + ", voxel " +
-             std::to_string(builder_.voxel_m()) + " m, term " + std::to_string(identity_.term));
+             std::to_string(pipeline_.voxel_m()) + " m, term " + std::to_string(identity_.term));
 
     const MapperConfig& config = context_.config.mapper;
-    Every heartbeat(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
+    Every heartbeats(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
     while (!context_.stopping()) {
-      wakeup_.wait_for(20ms);
-      if (auto alone = succession.check_right(identity_.term); !alone) return alone;
-      inputs.take_motion(builder_);
-      if (auto done = take_commands(inputs, zones, *zone_sets); !done) return done;
-      if (context_.reload())
-        if (auto done = reload(zones, *zone_sets); !done) return done;
-      while (const auto request = inputs.take_request()) {
-        if (!again.due()) {  // whoever asks asks again
-          builder_.dropped.add("tile_request too soon after another");
-          continue;
-        }
-        if (auto done = publisher->send_again(builder_, **request); !done) return done;
+      wakeup_.wait_for(publisher->owes() || publisher->behind() ? 1ms : 20ms);
+      heartbeat_->alive(pipeline_.last_arrival());
+      if (const Succession::Rival rival =
+              succession.look(identity_.term, pipeline_.map().tile_count());
+          rival.term > 0) {
+        if (!rival.began_anew) return succession.deposed_by(rival, identity_.term);
+        take_back(rival, *publisher);
+        return Served::kTakesBack;
       }
+      inputs.take_motion(pipeline_);
+      if (auto done = zone_desk->work(inputs, counts_); !done) return done.error();
+      while (const auto request = inputs.take_request()) {
+        if (again.due())
+          publisher->note_request(**request);
+        else  // whoever asks asks again
+          counts_.add(Cause::kTileRequestTooSoon);
+      }
+      if (auto done = publisher->send_again(pipeline_); !done) return done.error();
       zones_revision_ = zones.revision();
-      const bool accounted = inputs.take_clouds(builder_, [this] { return context_.stopping(); });
-      if (accounted ? tiles.due() : rest.due()) {
-        builder_.rest(MonotonicClock().now());
-        if (auto done = hand_on(*publisher, store, false); !done) return done;
+      const bool accounted = map_clouds(inputs);
+      if (accounted ? tiles.due() : rest.due() || publisher->behind()) {
+        pipeline_.rest(MonotonicClock().now());
+        if (auto done = hand_on(*publisher, store, false); !done) return done.error();
         if (accounted)
-          builder_.stages.add(
+          status().stages.add(
               "frame to published tiles",
-              double(SystemClock().now() - builder_.account().last_frame_sent) * 1e-6);
+              double(SystemClock().now() - pipeline_.account().last_frame_sent) * 1e-6);
       }
       if (octree.due())
-        if (auto done = publisher->publish_octree(builder_); !done) return done;
-      if (heartbeat.due() || accounted) beat(*publisher);
-      report(inputs, *publisher);
-      context_.status.tick();
+        if (auto done = publisher->publish_octree(pipeline_); !done) return done.error();
+      if (heartbeats.due() || accounted) beat(*publisher);
+      report(inputs, zones, *publisher);
     }
-    return finish(inputs, *publisher, store);
+    if (auto done = finish(inputs, zones, *publisher, store); !done) return done.error();
+    return Served::kStopped;
+  }
+
+  [[nodiscard]] StatusReporter& status() { return context_.status; }
+
+  /// Clouds that came, one after the other into the map. True when a frame was accounted for.
+  bool map_clouds(MapperInputs& inputs) {
+    bool accounted = false;
+    const auto step_all = [&] {
+      while (const auto frame = pipeline_.step(MonotonicClock().now())) {
+        accounted = true;
+        for (const StageMs& stage : frame->stages) status().stages.add(stage.stage, stage.ms);
+        tell_of(*frame);
+      }
+    };
+    for (int n = 0; n < kCloudsATurn && !context_.stopping(); ++n) {
+      auto cloud = inputs.take_cloud(status().stages);
+      if (!cloud) break;
+      pipeline_.add_cloud(std::move(*cloud), MonotonicClock().now());
+      step_all();
+    }
+    step_all();
+    return accounted;
+  }
+
+  /// The first frame of each kind that is not used is said; the others are counted.
+  void tell_of(const FrameReport& frame) {
+    if (frame.refused == said_refused_) return;
+    said_refused_ = frame.refused;
+    if (!frame.refused) return log_info("frames are used again");
+    char where[96] = "";
+    if (frame.refused == Cause::kContradictsMap)
+      std::snprintf(where, sizeof where, " (what it sees was seen %.2f m along, %.2f m across)",
+                    frame.fits_better_m.x(), frame.fits_better_m.y());
+    log_warning("frame " + std::to_string(frame.sequence_number) +
+                " is not used: " + std::string(cause_text(*frame.refused)) + where);
+  }
+
+  /// Somebody began with nothing because it did not hear us. Who has the map goes on, with a term
+  /// that is higher, and all readers with it.
+  void take_back(const Succession::Rival& rival, const MapPublisher& publisher) {
+    log_warning("another mapper began anew (term " + std::to_string(rival.term) +
+                "): this one, which has it, goes on");
+    last_heard_ = publisher.status(pipeline_, health());
+    identity_.term = Succession::next_term(rival.term);
+    first_revision_ = publisher.revision() + 1;
+    took_over_ = true;
+    OccupancyMap& map = pipeline_.map();
+    for (const TileKey key : map.tile_keys()) {  // to the readers of the new writers
+      map.tile(key).reclassified = true;
+      map.mark_changed(map.tile(key));
+    }
   }
 
   [[nodiscard]] std::uint32_t crane() const { return context_.participant->settings().crane; }
@@ -136,7 +209,7 @@ class Service {
     identity_.map_id = random_id();
     identity_.term = Succession::next_term(0);
     if (options_.state.empty()) return {};
-    auto state = store.load(builder_);
+    auto state = store.load(pipeline_);
     if (!state) return state.error();
     if (state->found)
       log_info("goes on with saved map: revision " + std::to_string(state->revision) + ", frame " +
@@ -151,7 +224,7 @@ class Service {
     auto standby = Standby::create(context_.participant, &wakeup_);
     if (!standby) return standby.error();
     log_info("standing by: another mapper serves crane " + std::to_string(crane()));
-    auto needed = standby->wait(context_, inputs, builder_);
+    auto needed = standby->wait(context_, inputs, pipeline_);
     if (!needed || !*needed) return needed;
     // The same map to subscribers, if it is: they hold it already.
     const v1::MapStatus& last = *standby->said();
@@ -163,58 +236,25 @@ class Service {
     first_revision_ = last.revision() + 100;  // later ones than the last heartbeat's may have gone
     if (standby->zones()) zones.follow(*standby->zones());
     log_warning("the mapper is silent: takes over crane " + std::to_string(crane()) + " with " +
-                std::to_string(builder_.map().tile_count()) + " tiles" +
+                std::to_string(pipeline_.map().tile_count()) + " tiles" +
                 (current ? "" : ", not all that there were"));
     if (auto cleared = store.clear(); !cleared) note_unsaved(cleared.error().text());
     return true;
   }
 
-  Result<void> take_commands(MapperInputs& inputs, ZoneBook& zones,
-                             dds::Writer<dds::ZoneSetTopic>& sets) {
-    while (const auto command = inputs.take_command()) {
-      const std::uint64_t before = zones.revision();
-      if (auto done = zones.apply(**command); !done) {
-        log_warning(done.error().text());
-        builder_.dropped.add("zone_command refused or not saved");
-      }
-      if (zones.revision() == before) continue;
-      if (auto sent = sets.write(zones.set(crane(), identity_.map_id)); !sent) return sent;
-    }
-    return {};
-  }
-
-  /// SIGHUP: the zones of the configuration as they are now. A bad file changes nothing.
-  Result<void> reload(ZoneBook& zones, dds::Writer<dds::ZoneSetTopic>& sets) {
-    if (context_.config_file.empty()) {
-      log_warning("SIGHUP: nothing to read again, there is no --config");
-      return {};
-    }
-    auto read = read_site_config(context_.config_file);
-    if (!read) {
-      log_error("SIGHUP: the zones stay as they are: " + read.error().text());
-      return {};
-    }
-    SiteConfig rest = *read;
-    rest.zones = context_.config.zones;
-    if (to_yaml(rest) != to_yaml(context_.config))
-      log_warning("SIGHUP: only zones are taken; what else changed needs a restart");
-    context_.config.zones = read->zones;
-    if (auto done = zones.reload(read->zones); !done) log_warning(done.error().text());
-    log_info("zones read again: " + std::to_string(read->zones.size()) + " in " +
-             context_.config_file);
-    return sets.write(zones.set(crane(), identity_.map_id));
-  }
-
   /// Tiles to the network, and to disk where asked for. The paper's method makes its map anew
   /// first, but only while no cloud waits: it takes seconds.
   Result<void> hand_on(MapPublisher& publisher, MapStore& store, bool last) {
-    const bool idle = MonotonicClock().now() - builder_.last_arrival() > kNsPerSecond / 2;
-    if (builder_.needs_rebuild() && (last || idle))
-      if (auto made = builder_.rebuild(); !made) return made;
-    store.note_changes(builder_);
+    const bool idle = MonotonicClock().now() - pipeline_.last_arrival() > kNsPerSecond / 2;
+    if (pipeline_.needs_rebuild() && (last || idle)) {
+      auto made = pipeline_.rebuild();
+      if (!made) return made.error();
+      for (const StageMs& stage : *made) status().stages.add(stage.stage, stage.ms);
+    }
+    store.note_changes(pipeline_);
     if (auto saved = keep(publisher, store, last); !saved) return saved;
-    if (builder_.map().changed_tiles().empty()) return {};
-    return publisher.publish_tiles(builder_, last);
+    if (pipeline_.map().changed_tiles().empty()) return {};
+    return publisher.publish_tiles(pipeline_, last);
   }
 
   /// The map on disk, where asked for. A disk that is full or broken does not end the map: it is
@@ -224,85 +264,85 @@ class Service {
     if (!last && !save_state_.due()) return {};
     const Stopwatch watch;
     if (last) (void)store.finish();  // what it met, the next line meets again
-    auto saved = store.save(builder_, {true, publisher.revision() + 1, builder_.account()});
+    auto saved = store.save(pipeline_, {true, publisher.revision() + 1, pipeline_.account()});
     if (last) return saved ? store.finish() : saved;
     note_unsaved(store.trouble());
-    builder_.stages.add("save state", watch.ms());
+    status().stages.add("save state", watch.ms());
     return {};
   }
 
   void note_unsaved(const std::string& trouble) {
     if (unsaved_.empty() && !trouble.empty()) log_error("the map is not kept on disk: " + trouble);
     if (!unsaved_.empty() && trouble.empty()) log_info("the map is kept on disk again");
-    if (!trouble.empty()) builder_.dropped.add("state not saved");
+    if (!trouble.empty()) counts_.add(Cause::kStateNotSaved);
     unsaved_ = trouble;
   }
 
-  void beat(MapPublisher& publisher) {
-    std::uint32_t validity = v1::STATUS_OK;
-    std::string reason;
-    if (builder_.account().last_frame < 0) {
-      validity = v1::STATUS_FAILED;
-      reason = "no cloud could be placed yet";
-    } else if (MonotonicClock().now() - builder_.last_arrival() >
-               TimeNs(context_.config.mapper.stale_ms) * 1'000'000) {
-      validity = v1::STATUS_DEGRADED;
-      reason = "no cloud for more than " + std::to_string(context_.config.mapper.stale_ms) + " ms";
-    }
-    if (builder_.needs_rebuild()) {
-      validity = v1::STATUS_DEGRADED;
-      reason = "paper: the map is made anew when no cloud waits";
-    }
-    if (validity == v1::STATUS_OK && builder_.hoist() == HoistKnown::kLost) {
-      validity = v1::STATUS_DEGRADED;
-      reason = "no hoist_state: what hangs below the trolley is not known";
-    }
-    // No cloud yet is no failure of the service.
-    said_validity_ = validity == v1::STATUS_OK ? v1::STATUS_OK : v1::STATUS_DEGRADED;
-    said_reason_ = reason;
-    publisher.publish_status(builder_,
-                             {validity, reason, zones_revision_, context_.config.mapper.forget_s});
+  [[nodiscard]] MapPublisher::Health health() const {
+    MapPublisher::Health h =
+        judge_validity(pipeline_.report(), pipeline_.needs_rebuild(),
+                       TimeNs(context_.config.mapper.stale_ms) * 1'000'000, MonotonicClock().now());
+    h.zones_revision = zones_revision_;
+    h.forget_s = context_.config.mapper.forget_s;
+    return h;
   }
 
-  void report(const MapperInputs& inputs, const MapPublisher& publisher) {
-    StatusReporter& s = context_.status;
+  void beat(const MapPublisher& publisher) {
+    const MapPublisher::Health h = health();
+    // No cloud yet is no failure of the service.
+    said_validity_ = h.validity == v1::STATUS_OK ? v1::STATUS_OK : v1::STATUS_DEGRADED;
+    said_reason_ = h.reason;
+    heartbeat_->say(publisher.status(pipeline_, h));
+  }
+
+  void report(const MapperInputs& inputs, const ZoneBook& zones, MapPublisher& publisher) {
+    StatusReporter& s = status();
+    for (const StageMs& stage : publisher.take_stages()) s.stages.add(stage.stage, stage.ms);
+    if (!s.due()) return;
     s.received = inputs.clouds_received();
     s.stream = inputs.stream();
     s.status = unsaved_.empty() ? said_validity_
                                 : std::max<std::uint32_t>(said_validity_, v1::STATUS_DEGRADED);
     s.message = unsaved_.empty() ? said_reason_ : "the map is not kept on disk: " + unsaved_;
+    const FrameAccount& account = pipeline_.account();
     s.values = {{"map_revision", double(publisher.revision())},
-                {"map_tiles", double(builder_.map().tile_count())},
-                {"map_memory_bytes", double(builder_.map().memory_bytes())},
-                {"map_frames_integrated", double(builder_.account().integrated)},
-                {"map_frames_missing", double(builder_.account().missing)},
-                {"map_last_exposure_seconds", double(builder_.account().last_frame_time) * 1e-9}};
+                {"map_tiles", double(pipeline_.map().tile_count())},
+                {"map_memory_bytes", double(pipeline_.map().memory_bytes())},
+                {"map_frames_integrated", double(account.integrated)},
+                {"map_frames_missing", double(account.missing)},
+                {"map_last_exposure_seconds", double(account.last_frame_time) * 1e-9}};
     s.published = publisher.published_tiles();
-    s.stages = builder_.stages;
-    s.stages.merge(publisher.stages);
-    s.dropped = builder_.dropped;
-    for (const auto& [cause, count] : publisher.dropped.counts()) s.dropped.add(cause, count);
-    inputs.add_drops(s.dropped);
+    for (const DropCounts& counts :
+         {counts_, pipeline_.report().counts, publisher.counts(), inputs.counts()})
+      s.dropped.merge(counts);
+    s.dropped.set(Cause::kStatusNotAccepted, heartbeat_->not_accepted());
+    s.dropped.set(Cause::kZonesTooMany, zones.given_up());
+    s.tick();
   }
 
-  Result<void> finish(const MapperInputs& inputs, MapPublisher& publisher, MapStore& store) {
+  Result<void> finish(const MapperInputs& inputs, const ZoneBook& zones, MapPublisher& publisher,
+                      MapStore& store) {
     if (auto done = hand_on(publisher, store, true); !done) return done;
-    if (auto done = publisher.publish_octree(builder_); !done) return done;
+    if (auto done = publisher.publish_octree(pipeline_); !done) return done;
     beat(publisher);
     publisher.flush(1s);
+    heartbeat_->flush(1s);
     if (options_.save.empty()) return {};
     const Stopwatch watch;
-    auto saved = save_map(builder_, options_.save);
-    builder_.stages.add("save map", watch.ms());
-    report(inputs, publisher);
+    auto saved = save_map(pipeline_, options_.save);
+    status().stages.add("save map", watch.ms());
+    report(inputs, zones, publisher);
     if (saved) log_info("map saved in " + options_.save);
     return saved;
   }
 
   ServiceContext& context_;
   const Options& options_;
-  MapBuilder builder_;
+  MappingPipeline pipeline_;
   MapPublisher::Identity identity_;
+  std::unique_ptr<Heartbeat> heartbeat_;
+  DropCounts counts_;  ///< of what only this service knows
+  std::optional<Cause> said_refused_;
   Wakeup wakeup_;
   std::uint64_t first_revision_ = 0, zones_revision_ = 0;
   bool took_over_ = false;
@@ -342,7 +382,7 @@ int run_mapper(int argc, char** argv) {
         if (options.standby && context.config.mapper.method == MapperConfig::Method::kPaper)
           return Error{ErrorCode::kConfiguration, "--standby", "does not go with method: paper",
                        ""};
-        if (auto fits = MapBuilder::check(context.config.mapper, *rig); !fits) return fits;
+        if (auto fits = MappingPipeline::check(context.config.mapper, *rig); !fits) return fits;
         return Service(context, options, *rig).run();
       });
 }

@@ -27,14 +27,15 @@ Result<Standby> Standby::create(const std::shared_ptr<dds::Participant>& partici
   return Standby(std::move(*follower), std::move(*zones), wakeup);
 }
 
-Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs, MapBuilder& builder) {
+Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs,
+                           MappingPipeline& pipeline) {
   StatusReporter& status = context.status;
   status.serve_as(v1::SERVICE_STANDBY);
   bool cut_off = false;
   while (!context.stopping()) {
     wakeup_->wait_for(std::chrono::milliseconds(20));
-    if (auto done = step(builder); !done) return done.error();
-    inputs.take_motion(builder);
+    if (auto done = step(pipeline); !done) return done.error();
+    inputs.take_motion(pipeline);
     if (context.reload()) log_warning("SIGHUP: a standby reads nothing again");
     // With the rangefinders silent too it is us who are cut off: nobody would be served.
     const bool witness = inputs.hears_rangefinders();
@@ -49,26 +50,26 @@ Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs, MapBui
     status.message = cut_off     ? "hears neither the mapper nor a rangefinder"
                      : current() ? "holds the map that is served"
                                  : "does not hold all of the map";
-    status.values = {{"map_tiles", double(builder.map().tile_count())}};
+    status.values = {{"map_tiles", double(pipeline.map().tile_count())}};
     status.tick();
   }
   return false;
 }
 
-Result<void> Standby::step(MapBuilder& builder) {
+Result<void> Standby::step(MappingPipeline& pipeline) {
   std::vector<TileKey> changed = follower_->step();
   while (const auto set = zone_reader_.take()) zones_ = **set;
   const auto& said = follower_->said();
   if (!said) return {};
-  if (said->voxel_m() != builder.voxel_m())
+  if (said->voxel_m() != pipeline.voxel_m())
     return Error{ErrorCode::kConfiguration, "mapper.voxel_m",
-                 std::to_string(builder.voxel_m()) + " differs from " +
+                 std::to_string(pipeline.voxel_m()) + " differs from " +
                      std::to_string(said->voxel_m()) + " of the mapper that serves",
                  "give both the same configuration"};
   const client::HeldMap& held = follower_->held();
-  builder.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), MonotonicClock().now());
+  pipeline.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), MonotonicClock().now());
   if (held.map_id() != map_id_) {
-    builder.clear();
+    pipeline.clear();
     map_id_ = held.map_id();
     complete_at_ = {};
     changed.clear();
@@ -78,7 +79,7 @@ Result<void> Standby::step(MapBuilder& builder) {
     static const client::HeldMap::HeldTile kNothing;
     const auto it = held.tiles().find(key);
     const auto& tile = it == held.tiles().end() ? kNothing : it->second;
-    builder.adopt(key, tile.blocks, tile.heights.columns);
+    pipeline.adopt(key, tile.blocks, tile.heights.columns);
   }
   if (follower_->complete()) complete_at_ = std::chrono::steady_clock::now();
   return {};

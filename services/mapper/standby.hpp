@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "client/map_follower.hpp"
-#include "mapper/map_builder.hpp"
 #include "mapper/mapper_inputs.hpp"
+#include "mapping_pipeline/mapping_pipeline.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -22,7 +22,7 @@ class Standby {
 
   /// Follows, and says so, until it is time to take over (true) or to stop (false).
   /// Error: Configuration when the maps cannot be the same.
-  Result<bool> wait(ServiceContext& context, MapperInputs& inputs, MapBuilder& builder);
+  Result<bool> wait(ServiceContext& context, MapperInputs& inputs, MappingPipeline& pipeline);
 
   /// The last heartbeat, once one came.
   [[nodiscard]] const std::optional<v1::MapStatus>& said() const { return follower_->said(); }
@@ -34,8 +34,8 @@ class Standby {
   Standby(std::unique_ptr<client::MapFollower> follower, dds::Reader<dds::ZoneSetTopic> zone_reader,
           Wakeup* wakeup)
       : follower_(std::move(follower)), zone_reader_(std::move(zone_reader)), wakeup_(wakeup) {}
-  /// Takes what arrived into the builder.
-  Result<void> step(MapBuilder& builder);
+  /// Takes what arrived into the pipeline.
+  Result<void> step(MappingPipeline& pipeline);
   /// Whether a mapper was heard, and then not for kSilence.
   [[nodiscard]] bool silent() const;
 
@@ -43,7 +43,7 @@ class Standby {
   dds::Reader<dds::ZoneSetTopic> zone_reader_;
   Wakeup* wakeup_;
   std::optional<v1::ZoneSet> zones_;
-  std::uint64_t map_id_ = 0;  ///< of what the builder has
+  std::uint64_t map_id_ = 0;  ///< of what the pipeline has
   std::chrono::steady_clock::time_point complete_at_{};
 };
 

@@ -24,18 +24,26 @@ bool Succession::another_serves(const std::function<bool()>& stopping) {
   return false;
 }
 
-Result<void> Succession::check_right(int term) {
+Succession::Rival Succession::look(int term, std::size_t tiles) {
+  Rival rival;
   while (const auto other = others_.take()) {
     const v1::MapStatus& s = **other;
     if (s.mapper() == mapper_ || s.crane() != crane_) continue;
     const int theirs = static_cast<int>(s.term());
     if (theirs < term || (theirs == term && s.mapper() < mapper_)) continue;
-    return Error{ErrorCode::kResource, "map_status",
-                 "another mapper has taken over crane " + std::to_string(crane_) + " (term " +
-                     std::to_string(theirs) + ", ours " + std::to_string(term) + ")",
-                 "started again with --standby, this one waits behind it"};
+    // Later than this it may know what we do not.
+    constexpr TimeNs kMoments = 30 * kNsPerSecond;
+    rival = {theirs, s.time_ns() - s.mapper_start_ns() < kMoments &&
+                         2 * std::size_t(s.voxel_tiles()) < tiles};
   }
-  return {};
+  return rival;
+}
+
+Error Succession::deposed_by(const Rival& rival, int term) const {
+  return {ErrorCode::kResource, "map_status",
+          "another mapper has taken over crane " + std::to_string(crane_) + " (term " +
+              std::to_string(rival.term) + ", ours " + std::to_string(term) + ")",
+          "started again with --standby, this one waits behind it"};
 }
 
 int Succession::next_term(int heard) {

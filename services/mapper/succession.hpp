@@ -18,8 +18,16 @@ class Succession {
   /// Listens for a mapper that serves the crane, for 0.7 s: its heartbeat comes within 0.2 s once
   /// both know each other.
   bool another_serves(const std::function<bool()>& stopping);
-  /// Error: Resource when a mapper of a higher term than ours serves: nobody hears us any more.
-  Result<void> check_right(int term);
+  /// Whether a mapper of a higher term than ours serves, so that nobody hears us any more.
+  struct Rival {
+    int term = 0;  ///< 0 = there is none
+    /// It began moments ago, because it did not hear us, with nothing or hardly anything.
+    bool began_anew = false;
+  };
+  /// `tiles`: of our map.
+  Rival look(int term, std::size_t tiles);
+  /// Error: Resource: that mapper has taken over.
+  [[nodiscard]] Error deposed_by(const Rival& rival, int term) const;
 
   /// Terms follow the clock, so that a mapper that starts alone is stronger than what subscribers
   /// may still believe to serve: seconds since 2020, or one more than the one that was heard.

@@ -52,6 +52,7 @@ Result<ZoneBook> ZoneBook::open(const std::vector<ZoneConfig>& fixed, const std:
     else if (book.zones_[id].switchable() == 1)
       book.zones_[id].active(c.active ? 1 : 0);
   }
+  book.keep_within_bound();
   // Zones have no revision on disk: a start counts as a change.
   book.revision_ = book.zones_.empty() ? 0 : 1;
   return book;
@@ -100,11 +101,7 @@ Result<void> ZoneBook::reload(const std::vector<ZoneConfig>& fixed) {
     if (before != old.end() && before->second.switchable() == 1 && zone.switchable() == 1)
       zone.active(before->second.active());
   }
-  while (zones_.size() > v1::MAX_ZONES) {  // the configured ones go before those set by topic
-    auto last = std::prev(zones_.end());
-    while (configured_.contains(last->first)) --last;
-    zones_.erase(last);
-  }
+  keep_within_bound();
   ++revision_;
   changed_ = SystemClock().now();
   return save();
@@ -119,8 +116,25 @@ void ZoneBook::follow(const v1::ZoneSet& set) {
     else if (own->second.switchable() == 1 && zone.switchable() == 1)
       own->second.active(zone.active());
   }
+  keep_within_bound();
   revision_ = set.revision() + 1;
   changed_ = SystemClock().now();
+}
+
+/// More than its bound would make the set invalid: every reader would be left without a zone. Those
+/// of the configuration are kept before those set by topic.
+void ZoneBook::keep_within_bound() {
+  for (auto zone = zones_.end(); zones_.size() > v1::MAX_ZONES && zone != zones_.begin();) {
+    --zone;
+    if (configured_.contains(zone->first)) continue;
+    zone = zones_.erase(zone);
+    ++given_up_;
+  }
+  while (zones_.size() > v1::MAX_ZONES) {  // more configured ones than any file may have
+    configured_.erase(std::prev(zones_.end())->first);
+    zones_.erase(std::prev(zones_.end()));
+    ++given_up_;
+  }
 }
 
 v1::ZoneSet ZoneBook::set(std::uint32_t crane, std::uint64_t map_id) const {

@@ -30,17 +30,20 @@ class ZoneBook {
   Result<void> apply(const v1::ZoneCommand& command);
   /// Grows with every change; 0 = there never was a zone.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  /// How many zones were given up because there were more than a set can hold.
+  [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
   [[nodiscard]] v1::ZoneSet set(std::uint32_t crane, std::uint64_t map_id) const;
 
  private:
   ZoneBook() = default;
   Result<void> save() const;
+  void keep_within_bound();
 
   std::string file_;
   std::map<std::uint32_t, v1::Zone> zones_;
   std::set<std::uint32_t> configured_;           ///< ids of the zones of the configuration
   std::map<std::uint64_t, std::uint64_t> done_;  ///< last sequence number by client
-  std::uint64_t revision_ = 0;
+  std::uint64_t revision_ = 0, given_up_ = 0;
   TimeNs changed_ = 0;
 };
 

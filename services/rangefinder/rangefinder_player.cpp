@@ -31,6 +31,7 @@ class Player {
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
+        stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
         writer_(std::move(writer)),
         hoist_writer_(std::move(hoist_writer)) {
     for (const RecordedDistance& d : recording_.cart())
@@ -66,7 +67,7 @@ class Player {
       const TimeNs time =
           r.time + static_cast<TimeNs>(n / readings_.size()) * recording_.loop_period();
       if (options_.resume && clock.due(time) < MonotonicClock().now() - kNsPerSecond) {
-        status().dropped.add("skipped after a restart");
+        status().dropped.add(Cause::kSkippedAfterRestart);
         continue;
       }
       wait_until(clock.due(time), context_);
@@ -126,7 +127,7 @@ class Player {
     if (r.hoist != nullptr) return send(*r.hoist, time);
     if (!std::isfinite(r.distance_m)) {
       // Said to be failed rather than left out: the mapper then knows why there is a gap.
-      status().dropped.add("device gave no distance");
+      status().dropped.add(Cause::kDeviceGaveNoDistance);
     }
     v1::RangefinderPosition sample;
     const bool cart = r.axis == v1::AXIS_CART;
@@ -135,11 +136,11 @@ class Player {
     sample.axis(r.axis);
     sample.stream(options_.stream);
     sample.sequence_number(sequence_[cart ? 0 : 1]++);
-    sample.time_ns(time);
+    sample.time_ns(time + stamp_offset_);
     sample.distance_m(std::isfinite(r.distance_m) ? r.distance_m : 0);
     sample.accuracy_m(model.accuracy_m);
     const bool in_range = std::abs(r.distance_m) <= model.range_m;
-    if (std::isfinite(r.distance_m) && !in_range) status().dropped.add("beyond the device's range");
+    if (std::isfinite(r.distance_m) && !in_range) status().dropped.add(Cause::kBeyondDeviceRange);
     sample.device_status(in_range ? v1::STATUS_OK : v1::STATUS_FAILED);
     ++status().received;
     count(writer_.write(sample));
@@ -149,7 +150,7 @@ class Player {
     v1::HoistState sample;
     sample.crane(context_.participant->settings().crane);
     sample.sequence_number(hoist_sequence_++);
-    sample.time_ns(time);
+    sample.time_ns(time + stamp_offset_);
     sample.hook_height_m(r.hook_height_m);
     sample.sling_m(r.sling_m);
     sample.load_size_x_m(r.load_size_m.x());
@@ -168,7 +169,7 @@ class Player {
       ++status().published;
       return;
     }
-    status().dropped.add("not accepted by DDS");
+    status().dropped.add(Cause::kNotAcceptedByDds);
     log_warning(sent.error().text());
   }
 
@@ -176,6 +177,7 @@ class Player {
   const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
+  TimeNs stamp_offset_;
   dds::Writer<dds::RangefinderPositionTopic> writer_;
   std::optional<dds::Writer<dds::HoistStateTopic>> hoist_writer_;  ///< where it was recorded
   std::vector<Reading> readings_;

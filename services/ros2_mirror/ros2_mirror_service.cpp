@@ -6,7 +6,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "geometry/position_track.hpp"
+#include "mapping_pipeline/gantry.hpp"
 #include "recording/calibration.hpp"
 #include "ros2_messages.hpp"
 #include "service/client_options.hpp"
@@ -34,7 +34,8 @@ class Mirror {
         rig_(rig),
         frames_(crane()),
         image_due_(options.image_hz),
-        heights_due_(options.heights_hz) {}
+        heights_due_(options.heights_hz),
+        gantry_(context.config.mapper) {}
 
   Result<void> run() {
     std::string why;
@@ -109,7 +110,7 @@ class Mirror {
     if (sent)
       ++context_.status.published;
     else
-      context_.status.dropped.add("not accepted by DDS");
+      context_.status.dropped.add(Cause::kNotAcceptedByDds);
     return {};
   }
 
@@ -134,22 +135,17 @@ class Mirror {
       ++context_.status.received;
       if (p.device_status() != v1::STATUS_OK) continue;
       const bool cart = p.axis() == v1::AXIS_CART;
-      if (p.stream() != position_stream_) {
-        position_stream_ = p.stream();
-        cart_.clear();
-        trolley_.clear();
-        newest_[0] = newest_[1] = sent_until_ = 0;
-      }
-      (void)(cart ? cart_ : trolley_).add(p.time_ns(), p.distance_m());
+      // What cannot be true is counted by the mapper.
+      (void)gantry_.add(cart ? Axis::kCart : Axis::kTrolley, p.stream(), p.time_ns(),
+                        p.distance_m());
       newest_[cart ? 0 : 1] = p.time_ns();
     }
     const TimeNs time = std::min(newest_[0], newest_[1]);
-    if (time <= sent_until_) return {};
+    if (time == sent_until_) return {};
+    const Gantry::Place place = gantry_.at(time);
+    if (place.known != PositionTrack::Lookup::kFound) return {};
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    using Lookup = PositionTrack::Lookup;
-    if (cart_.at(time, T.translation().x()) != Lookup::kFound ||
-        trolley_.at(time, T.translation().y()) != Lookup::kFound)
-      return {};
+    T.translation().head<2>() = place.map_m;
     sent_until_ = time;
     tf2_msgs::msg::dds_::TFMessage_ m;
     m.transforms().push_back(ros2::transform(frames_.map, frames_.gantry, time, T));
@@ -166,7 +162,7 @@ class Mirror {
       if (points_->matched() == 0) continue;
       const auto message = ros2::point_cloud(c, options_.cloud_step, frames_);
       if (!sample->intact()) {
-        context_.status.dropped.add("cloud overwritten before it was read");
+        context_.status.dropped.add(Cause::kCloudOverwritten);
         continue;
       }
       if (auto done = count(points_->write(message)); !done) return done;
@@ -181,7 +177,7 @@ class Mirror {
       const auto message = ros2::image(**sample, frames_);
       const TimeNs time = (*sample)->exposure_time_ns();
       if (!sample->intact()) {
-        context_.status.dropped.add("frame overwritten before it was read");
+        context_.status.dropped.add(Cause::kFrameOverwritten);
         continue;
       }
       (void)count(image_->write(message));
@@ -197,7 +193,7 @@ class Mirror {
       ++context_.status.received;
       auto message = ros2::octomap(**sample, frames_);
       if (!message) {
-        context_.status.dropped.add("octree_map refused: " + message.error().what);
+        context_.status.dropped.add(Cause::kOctreeRefused);
         continue;
       }
       if (auto done = count(octomap_->write(*message)); !done) return done;
@@ -244,8 +240,8 @@ class Mirror {
   std::optional<dds::Writer<dds::ros2::TfTopic>> tf_;
   std::optional<dds::Writer<dds::ros2::TfStaticTopic>> tf_static_;
   std::optional<dds::Writer<dds::ros2::DiagnosticsTopic>> diagnostics_;
-  PositionTrack cart_{-1e6, 1e6, 200ms, 400}, trolley_{-1e6, 1e6, 200ms, 400};
-  std::uint64_t position_stream_ = 0, heights_revision_ = 0;
+  Gantry gantry_;
+  std::uint64_t heights_revision_ = 0;
   TimeNs newest_[2] = {0, 0}, sent_until_ = 0;
   std::optional<Eigen::Matrix3d> turn_;
   std::map<std::uint32_t, v1::ServiceStatus> statuses_;

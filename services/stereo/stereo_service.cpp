@@ -6,6 +6,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "geometry/calibration_digest.hpp"
 #include "recording/calibration.hpp"
 #include "service/run_service.hpp"
 #include "service/stream_gate.hpp"
@@ -48,10 +49,20 @@ StereoSettings to_settings(const StereoConfig& c) {
   return s;
 }
 
+Cause cause_of(PairFlaw flaw) {
+  const auto number =
+      static_cast<std::uint32_t>(Cause::kLeftBlack) + static_cast<std::uint32_t>(flaw);
+  return crane::cause_of(number).value_or(Cause::kPairTellsNothing);
+}
+
 class Service {
  public:
-  Service(ServiceContext& context, StereoStage stage, dds::Writer<dds::PartialCloudTopic> clouds)
-      : context_(context), stage_(std::move(stage)), clouds_(std::move(clouds)) {}
+  Service(ServiceContext& context, StereoStage stage, dds::Writer<dds::PartialCloudTopic> clouds,
+          std::uint64_t calibration)
+      : context_(context),
+        stage_(std::move(stage)),
+        clouds_(std::move(clouds)),
+        calibration_(calibration) {}
 
   Result<void> run() {
     Wakeup wakeup;
@@ -65,7 +76,7 @@ class Service {
         add_delivery_times(status().stages, "camera to stereo", *frame, frames->counts());
         work(std::move(frame));
       }
-      add_reader_drops(status().dropped, "frame", frames->counts());
+      add_reader_drops(status().dropped, Cause::kFrameInvalid, Cause::kFrameLost, frames->counts());
       status().tick();
     }
     return {};
@@ -77,9 +88,14 @@ class Service {
   void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received) {
     ++status().received;
     if (!gate_.pass((*received)->stream()))
-      return refuse("frame of a second camera",
+      return refuse(Cause::kSecondCamera,
                     "frames of two cameras arrive: stop one, or give it another crane number");
     track(**received);
+    if (const std::uint64_t theirs = (*received)->calibration();
+        theirs != 0 && theirs != calibration_)
+      return refuse(Cause::kFrameOtherCalibration,
+                    "frames were taken with another calibration than --calibration: give both the "
+                    "same folder");
     const Stopwatch watch;
     const Header header = header_of(*received);
     const bool colour = header.encoding == v1::ENCODING_BGR8;
@@ -89,20 +105,19 @@ class Service {
                         static_cast<std::int64_t>(header.sequence_number)});
     const bool intact = received->intact();
     received.reset();  // the camera's memory is not looked at any more
-    if (!rectified) return refuse("frame does not fit the calibration", rectified.error().text());
+    if (!rectified) return refuse(Cause::kFrameMisfit, rectified.error().text());
     if (!intact)
-      return refuse("frame overwritten while it was read",
-                    "this host is too slow for the camera's rate");
+      return refuse(Cause::kFrameOverwritten, "this host is too slow for the camera's rate");
     v1::PartialCloud* cloud = clouds_.loan();
     if (cloud == nullptr)
-      return refuse("no free cloud memory", "a reader of partial_cloud is stuck");
+      return refuse(Cause::kNoCloudMemory, "a reader of partial_cloud is stuck");
     const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
     const auto report = stage_.match({{cloud->depth().data(), pixels},
                                       {cloud->confidence().data(), pixels},
                                       {cloud->colour().data(), colour ? 3 * pixels : 0}});
     if (!report) {
       clouds_.discard(cloud);
-      return refuse("frame could not be matched", report.error().text());
+      return refuse(Cause::kFrameUnmatched, report.error().text());
     }
     note(*report);
     fill(header, report->matched, *cloud);
@@ -111,7 +126,7 @@ class Service {
     status().stages.add("depth", report->depth_ms);
     status().stages.add("partial cloud", watch.ms());
     if (auto sent = clouds_.publish(cloud); !sent)
-      return refuse("not accepted by DDS", sent.error().text());
+      return refuse(Cause::kNotAcceptedByDds, sent.error().text());
     ++status().published;
   }
 
@@ -120,13 +135,13 @@ class Service {
     if (frame.stream() != status().stream) {
       status().stream = frame.stream();
     } else if (frame.sequence_number() > last_ + 1) {
-      status().dropped.add("frame never arrived", frame.sequence_number() - last_ - 1);
+      status().dropped.add(Cause::kFrameMissing, frame.sequence_number() - last_ - 1);
       missing_ += frame.sequence_number() - last_ - 1;
     }
     last_ = frame.sequence_number();
   }
 
-  void refuse(const char* cause, const std::string& text) {
+  void refuse(Cause cause, const std::string& text) {
     status().dropped.add(cause);
     status().status = v1::STATUS_DEGRADED;
     if (status().message != text) log_warning(text);
@@ -137,7 +152,7 @@ class Service {
   /// mapper accounts for its frame and leaves the map as it is.
   void note(const StereoReport& report) {
     constexpr double kRowErrorLimit = 0.7;  // [px]; matches get fewer and wrong beyond it
-    if (report.flaw) return refuse(cause(*report.flaw), advice(*report.flaw));
+    if (report.flaw) return refuse(cause_of(*report.flaw), advice(*report.flaw));
     if (report.row_error_px && std::abs(*report.row_error_px) > kRowErrorLimit) {
       char text[160];
       std::snprintf(text, sizeof text,
@@ -154,7 +169,7 @@ class Service {
     const double near =
         double(report.too_near) / (double(stage_.camera().width) * stage_.camera().height);
     if (near > kNearLimit) {
-      status().dropped.add("frame with something nearer than the search");
+      status().dropped.add(Cause::kTooNear);
       status().status = v1::STATUS_DEGRADED;
       status().message = "something is nearer to the camera than any search: it stays unknown";
       return;
@@ -195,6 +210,7 @@ class Service {
     cloud.after(header.after);
     cloud.exposure_time_ns(header.exposure_time);
     cloud.frame_sent_ns(header.sent);
+    cloud.calibration(calibration_);
     cloud.f_px(camera.f_px);
     cloud.cx_px(camera.cx_px);
     cloud.cy_px(camera.cy_px);
@@ -212,6 +228,7 @@ class Service {
   ServiceContext& context_;
   StereoStage stage_;
   dds::Writer<dds::PartialCloudTopic> clouds_;
+  std::uint64_t calibration_;  ///< digest
   StreamGate gate_;
   std::uint64_t last_ = 0, missing_ = 0;
   bool badly_rectified_ = false;
@@ -251,7 +268,8 @@ int run_stereo(int argc, char** argv) {
         log_info(text);
         auto clouds = dds::Writer<dds::PartialCloudTopic>::create(context.participant);
         if (!clouds) return clouds.error();
-        return Service(context, std::move(*stage), std::move(*clouds)).run();
+        return Service(context, std::move(*stage), std::move(*clouds), calibration_digest(*rig))
+            .run();
       });
 }
 

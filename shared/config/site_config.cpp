@@ -113,6 +113,14 @@ void read_mapper(YamlReader y, MapperConfig& c) {
   y.number("rangefinder_max_m", c.rangefinder_max_m, -1000, 1000);
   if (c.rangefinder_min_m >= c.rangefinder_max_m)
     y.problem("rangefinder_min_m", "must be less than rangefinder_max_m");
+  y.number("rangefinder_noise_m", c.rangefinder_noise_m, 0.001, 1);
+  y.number("largest_speed_mps", c.largest_speed_mps, 0.05, 100);
+  y.integer("cart_direction", c.cart_direction, -1, 1);
+  y.integer("trolley_direction", c.trolley_direction, -1, 1);
+  if (c.cart_direction == 0) y.problem("cart_direction", "must be 1 or -1");
+  if (c.trolley_direction == 0) y.problem("trolley_direction", "must be 1 or -1");
+  y.number("cart_offset_m", c.cart_offset_m, -10'000, 10'000);
+  y.number("trolley_offset_m", c.trolley_offset_m, -10'000, 10'000);
   y.number("publish_hz", c.publish_hz, 0.1, 20);
   y.number("octree_hz", c.octree_hz, 0.01, 5);
   y.integer("stale_ms", c.stale_ms, 100, 600'000);
@@ -270,6 +278,12 @@ std::string to_yaml(const SiteConfig& c) {
     << "  trolley_latency_ms: " << c.mapper.trolley_latency_ms << "\n"
     << "  rangefinder_min_m: " << exact(c.mapper.rangefinder_min_m) << "\n"
     << "  rangefinder_max_m: " << exact(c.mapper.rangefinder_max_m) << "\n"
+    << "  rangefinder_noise_m: " << exact(c.mapper.rangefinder_noise_m) << "\n"
+    << "  largest_speed_mps: " << exact(c.mapper.largest_speed_mps) << "\n"
+    << "  cart_direction: " << c.mapper.cart_direction << "\n"
+    << "  trolley_direction: " << c.mapper.trolley_direction << "\n"
+    << "  cart_offset_m: " << exact(c.mapper.cart_offset_m) << "\n"
+    << "  trolley_offset_m: " << exact(c.mapper.trolley_offset_m) << "\n"
     << "  publish_hz: " << exact(c.mapper.publish_hz) << "\n"
     << "  octree_hz: " << exact(c.mapper.octree_hz) << "\n"
     << "  stale_ms: " << c.mapper.stale_ms << "\n"

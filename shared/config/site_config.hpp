@@ -62,9 +62,15 @@ struct MapperConfig {
   int position_wait_ms = 1000;    ///< for the reading after the exposure to arrive
   int cart_latency_ms = 0;        ///< of the rangefinder: subtracted from its time stamps
   int trolley_latency_ms = 0;
-  double rangefinder_min_m = -1, rangefinder_max_m = 1000;  ///< outside: refused
-  double publish_hz = 20;                                   ///< changed tiles
-  double octree_hz = 1;                                     ///< whole octree, when changed
+  /// Of a reading as measured; outside: refused. An interrupted beam reads 0, or full scale.
+  double rangefinder_min_m = 0.05, rangefinder_max_m = 1000;
+  double rangefinder_noise_m = 0.03;  ///< two readings of one place differ by less
+  double largest_speed_mps = 3;       ///< of cart and trolley: what is faster is a jump
+  /// Map coordinate = offset + direction * reading: -1 where the device stands at the far end.
+  int cart_direction = 1, trolley_direction = 1;
+  double cart_offset_m = 0, trolley_offset_m = 0;
+  double publish_hz = 20;     ///< changed tiles
+  double octree_hz = 1;       ///< whole octree, when changed
   int stale_ms = 2000;        ///< no cloud for longer: the map says so
   double forget_s = 3600;     ///< what is not seen again for so long is unknown; 0 = never
   int max_memory_mib = 4096;  ///< of the map

@@ -114,9 +114,11 @@ const char* flaw(const v1::OctreeMap& s) {
 const char* flaw(const v1::MapStatus& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
+  if (s.reason_code() > v1::MAP_HOIST_OF_ANOTHER_TIME) return "unknown reason_code";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
   if (s.term() > 0x7FFFFFFFU) return "term out of range";
   if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";
+  if (!(s.ceiling_m() >= 0 && s.ceiling_m() <= 1000)) return "ceiling_m is not within 0 .. 1000 m";
   if (!(s.forget_s() >= 0 && s.forget_s() <= 1e9)) return "forget_s out of range";
   if (s.reason().size() > 255) return "reason is too long";
   return nullptr;
@@ -153,11 +155,14 @@ const char* flaw(const v1::ClearanceRequest& s) {
 
 const char* flaw(const v1::ClearanceReply& s) {
   if (s.verdict() > v1::VERDICT_BLOCKED) return "unknown verdict";
-  if (s.reason() > v1::CLEARANCE_ZONE) return "unknown reason";
+  if (s.reason() > v1::CLEARANCE_FEW_VIEWS) return "unknown reason";
   if (s.has_safe_height() > 1 || s.slow_down() > 1)
     return "has_safe_height or slow_down is neither 0 nor 1";
-  if (!finite({s.safe_height_m(), s.first_x_m(), s.first_y_m(), s.first_z_m(), s.oldest_age_s(),
-               s.unknown_fraction()}))
+  if (s.has_safe_height() == 1 &&
+      !(s.safe_low_m() <= s.safe_height_m() && s.safe_height_m() <= s.safe_high_m()))
+    return "safe_height_m is not within safe_low_m .. safe_high_m";
+  if (!finite({s.safe_height_m(), s.safe_low_m(), s.safe_high_m(), s.first_x_m(), s.first_y_m(),
+               s.first_z_m(), s.oldest_age_s(), s.unknown_fraction()}))
     return "a number is not finite";
   if (s.text().size() > 255) return "text is too long";
   return nullptr;

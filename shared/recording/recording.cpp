@@ -94,12 +94,15 @@ TimeNs Recording::start() const {
   return std::min({frames_.front().time, cart_.front().time, trolley_.front().time});
 }
 
+TimeNs Recording::end() const {
+  return std::max({frames_.back().time, cart_.back().time, trolley_.back().time});
+}
+
 TimeNs Recording::loop_period() const {
-  const TimeNs end = std::max({frames_.back().time, cart_.back().time, trolley_.back().time});
   const TimeNs step = frames_.size() > 1 ? (frames_.back().time - frames_.front().time) /
                                                static_cast<TimeNs>(frames_.size() - 1)
                                          : kNsPerSecond;
-  return end - start() + step;
+  return end() - start() + step;
 }
 
 }  // namespace crane

@@ -41,6 +41,8 @@ class Recording {
   [[nodiscard]] const RangefinderModel& trolley_model() const { return trolley_model_; }
   /// Earliest time of any sensor.
   [[nodiscard]] TimeNs start() const;
+  /// Latest time of camera and rangefinders.
+  [[nodiscard]] TimeNs end() const;
   /// By how much times grow from one round of a looped play to the next.
   [[nodiscard]] TimeNs loop_period() const;
   /// Frame n of a play that starts over at the end; its time grows from round to round.

@@ -3,6 +3,7 @@
 #include <httplib.h>
 
 #include <chrono>
+#include <exception>
 #include <mutex>
 #include <thread>
 
@@ -68,7 +69,12 @@ Result<std::unique_ptr<HealthServer>> HealthServer::start(const std::string& add
     return Error{ErrorCode::kResource, "http " + address + ":" + std::to_string(port),
                  "cannot be listened at",
                  "give http.address and http.port what is free, or port 0"};
-  impl->thread = std::thread([raw = impl.get()] { raw->server.listen_after_bind(); });
+  impl->thread = std::thread([raw = impl.get()] {
+    try {
+      raw->server.listen_after_bind();
+    } catch (const std::exception&) {  // the service goes on without answers over HTTP
+    }
+  });
   for (int i = 0; i < 200 && !s.is_running(); ++i) std::this_thread::sleep_for(5ms);
   return std::unique_ptr<HealthServer>(new HealthServer(std::move(impl)));
 }
@@ -86,7 +92,8 @@ Result<void> ask_health(const std::string& address, int port) {
   client.set_read_timeout(2);
   const auto answer = client.Get("/healthz");
   const std::string where = "http " + address + ":" + std::to_string(port);
-  if (!answer) return Error{ErrorCode::kResource, where, kNoAnswer, "is the service running?"};
+  if (!answer)
+    return Error{ErrorCode::kNotAvailable, where, "no answer", "is the service running?"};
   if (answer->status != 200) return Error{ErrorCode::kResource, where, answer->body, ""};
   return {};
 }

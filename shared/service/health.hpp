@@ -31,9 +31,8 @@ class HealthServer {
   std::unique_ptr<Impl> impl_;
 };
 
-inline constexpr const char* kNoAnswer = "no answer";
-
-/// Asks a running service for /healthz. Error: Resource, with what it said.
+/// Asks a running service for /healthz. Error: NotAvailable when none answers; Resource, with what
+/// it said.
 Result<void> ask_health(const std::string& address, int port);
 
 }  // namespace crane

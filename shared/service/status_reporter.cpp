@@ -54,9 +54,8 @@ Result<void> StatusReporter::serve_http(const std::string& address, int port) {
 }
 
 void StatusReporter::tick(bool now) {
-  const auto time = std::chrono::steady_clock::now();
-  if (!now && time - last_ < std::chrono::seconds(1)) return;
-  last_ = time;
+  if (!now && !due()) return;
+  last_ = std::chrono::steady_clock::now();
   v1::ServiceStatus s;
   s.crane(participant_->settings().crane);
   s.service(service_);
@@ -73,14 +72,15 @@ void StatusReporter::tick(bool now) {
   s.cpu_seconds(cpu_seconds());
   s.memory_bytes(resident_bytes());
   if (const std::uint64_t refused = participant_->refused_datagrams(); refused > 0)
-    dropped.set("malformed datagram", refused);
-  for (const auto& [cause, count] : dropped.counts()) {
-    if (s.dropped().size() == v1::MAX_CAUSES) break;
+    dropped.set(Cause::kMalformedDatagram, refused);
+  dropped.for_each([&s](Cause cause, std::uint64_t count) {
+    if (s.dropped().size() == v1::MAX_CAUSES) return;
     v1::DropCount entry;
-    entry.cause(cause.substr(0, 63).c_str());
+    entry.code(static_cast<std::uint32_t>(cause));
+    entry.cause(std::string(cause_text(cause)).c_str());
     entry.count(count);
     s.dropped().push_back(entry);
-  }
+  });
   for (const StageSummary& stage : stages.summary()) {
     if (s.stages().size() == v1::MAX_STAGES) break;
     v1::StageTime entry;

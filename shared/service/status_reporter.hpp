@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "base/drop_counts.hpp"
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
 #include "service/health.hpp"
@@ -21,11 +22,11 @@ void add_delivery_times(StageTimes& stages, const std::string& name,
   stages.add("taken after", double(SystemClock().now() - told) * 1e-6);
 }
 
-/// What a reader did not hand on, counted by cause under the topic's short `name`.
-inline void add_reader_drops(DropCounts& dropped, const std::string& name,
+/// What a reader did not hand on.
+inline void add_reader_drops(DropCounts& dropped, Cause invalid, Cause lost,
                              const dds::ReaderCounts& counts) {
-  dropped.set(name + " broke its contract", counts.invalid);
-  dropped.set(name + " lost or rejected by Fast DDS", counts.lost);
+  dropped.set(invalid, counts.invalid);
+  dropped.set(lost, counts.lost);
 }
 
 /// What one service tells the world once a second: counts, causes of drops, stage times; by topic
@@ -49,6 +50,10 @@ class StatusReporter {
   /// Speaks from now on for another of v1::SERVICE_*.
   void serve_as(std::uint32_t service) { service_ = service; }
 
+  /// Whether tick() would publish: what is dear to collect is collected only then.
+  [[nodiscard]] bool due() const {
+    return std::chrono::steady_clock::now() - last_ >= std::chrono::seconds(1);
+  }
   /// Publishes when a second has passed, or at once when `now` is set.
   void tick(bool now = false);
   /// Publishes and waits up to `limit` until readers have it.

@@ -6,10 +6,11 @@
 #include <numeric>
 
 #include "cloud/pcl_filters.hpp"
+#include "geometry/calibration_digest.hpp"
 #include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_codec.hpp"
-#include "mapper/map_builder.hpp"
 #include "mapping/heights.hpp"
+#include "mapping_pipeline/mapping_pipeline.hpp"
 #include "recording/image_file.hpp"
 #include "sim/meshes.hpp"
 #include "sim/simulate.hpp"
@@ -18,7 +19,7 @@ namespace crane::accuracy {
 namespace {
 
 /// Positions as the mapper gets them, or only the nearest one to each frame, on both sides of it.
-void add_positions(const Recording& recording, bool nearest, MapBuilder& builder) {
+void add_positions(const Recording& recording, bool nearest, MappingPipeline& builder) {
   for (const Axis axis : {Axis::kCart, Axis::kTrolley}) {
     const auto& readings = axis == Axis::kCart ? recording.cart() : recording.trolley();
     if (!nearest) {
@@ -39,10 +40,11 @@ void add_positions(const Recording& recording, bool nearest, MapBuilder& builder
   }
 }
 
-CloudSample cloud_of(const RectifiedCamera& camera, double sigma_disparity_px, std::size_t number,
-                     TimeNs time) {
+CloudSample cloud_of(const RectifiedCamera& camera, std::uint64_t calibration,
+                     double sigma_disparity_px, std::size_t number, TimeNs time) {
   CloudSample cloud;
   const std::size_t pixels = std::size_t(camera.width) * camera.height;
+  cloud.calibration = calibration;
   cloud.stream = 1;
   cloud.sequence_number = number;
   cloud.after = static_cast<std::int64_t>(number) - 1;
@@ -154,7 +156,7 @@ Result<void> judge_map(const OccupancyMap& map, const Recording& recording, cons
   return {};
 }
 
-Result<void> measure_files(MapBuilder& builder, const std::string& folder, Outcome& out) {
+Result<void> measure_files(MappingPipeline& builder, const std::string& folder, Outcome& out) {
   out.bt_bytes = write_bt(builder.map()).size();
   out.ot_bytes = write_colour_ot(builder.map()).size();
   const PointCloud cloud =
@@ -202,10 +204,12 @@ double Outcome::mean_percent() const {
 Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const Method& method) {
   auto stage = StereoStage::create(recording.rig(), method.stereo);
   if (!stage) return stage.error();
-  if (auto fits = MapBuilder::check(method.mapper, recording.rig()); !fits) return fits.error();
-  MapBuilder builder(method.mapper, recording.rig(), method.hoist);
+  if (auto fits = MappingPipeline::check(method.mapper, recording.rig()); !fits)
+    return fits.error();
+  MappingPipeline builder(method.mapper, recording.rig(), method.hoist);
   add_positions(recording, method.nearest_position, builder);
   for (const HoistReading& reading : recording.hoist()) builder.add_hoist(reading);
+  const std::uint64_t calibration = calibration_digest(recording.rig());
   Outcome out;
   double update_ms = 0;
   std::size_t updates = 0;
@@ -216,7 +220,8 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
     if (!left) return left.error();
     auto right = read_image(frame.right_file, std::uint64_t(c.width) * c.height);
     if (!right) return right.error();
-    CloudSample cloud = cloud_of(stage->camera(), StereoConfig{}.sigma_disparity_px, n, frame.time);
+    CloudSample cloud =
+        cloud_of(stage->camera(), calibration, StereoConfig{}.sigma_disparity_px, n, frame.time);
     const Stopwatch cloud_watch;
     auto rectified = stage->rectify({left->bytes.data(), right->bytes.data(), left->width,
                                      left->height, left->channels, static_cast<int>(n)});

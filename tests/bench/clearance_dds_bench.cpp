@@ -9,6 +9,7 @@
 
 #include "bounds.h"
 #include "clearance/clearance_server.hpp"
+#include "mapper/heartbeat.hpp"
 #include "mapper/map_publisher.hpp"
 #include "recording/recording.hpp"
 
@@ -43,10 +44,11 @@ void ClearanceOverDds(benchmark::State& state) {
   settings.domain = 97;
   MapperConfig config;
   config.voxel_m = 0.05;
-  MapBuilder builder(config, Recording::open(CRANEMAP_SOURCE_DIR "/tests/data/rig")->rig());
+  MappingPipeline builder(config, Recording::open(CRANEMAP_SOURCE_DIR "/tests/data/rig")->rig());
   fill_hall(builder.map());
   auto mapper = *dds::Participant::create(settings, "mapper");
   auto publisher = *MapPublisher::create(mapper, {1, 42, 7}, false);
+  auto heartbeat = *Heartbeat::create(mapper, {1, 42, 7});
   (void)publisher.publish_tiles(builder, true);
   client::Options options;
   options.domain = settings.domain;
@@ -57,7 +59,7 @@ void ClearanceOverDds(benchmark::State& state) {
   auto server = *ClearanceServer::create(service, std::move(map));
   std::jthread heart([&](const std::stop_token& stop) {  // the mapper goes on beating
     for (; !stop.stop_requested(); std::this_thread::sleep_for(100ms))
-      publisher.publish_status(builder, {});
+      heartbeat->say(publisher.status(builder, {}));
   });
   std::jthread serving([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) (void)server.step(20ms);

@@ -41,13 +41,15 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
     {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen", "hwy"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
+    {"shared/mapping_pipeline",
+     {{"base", "geometry", "config", "cloud", "mapping", "map_codec"}, {"eigen"}}},
     {"shared/dds", {{"base"}, {"fastdds", "fastrtps", "openssl"}}},
     {"shared/service", {{"base", "config", "dds", "client"}, {"cli", "http", "systemd"}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
      {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping", "map_codec",
-       "dds", "service", "client"},
+       "mapping_pipeline", "dds", "service", "client"},
       {"cli", "json", "opencv"}}},
 };
 

@@ -532,6 +532,74 @@ TEST(Heights, AreFinerThanAVoxel) {
   }
 }
 
+/// What one column says of the space above its highest surface, voxel by voxel from below.
+struct AboveSurface {
+  int free_end = 0;
+  bool lower_bound = false;
+};
+
+AboveSurface look_above(const OccupancyMap& map, int x, int y, int top, int highest) {
+  int z = top + 1;
+  while (z <= top + 2 && map.at(x, y, z) != Occupancy::kFree) ++z;  // noise of the surface
+  AboveSurface out{top + 1, true};
+  if (map.at(x, y, z) == Occupancy::kFree) {
+    while (map.at(x, y, z) == Occupancy::kFree) ++z;
+    out = {z, z - top - 1 < voxels_above(map.voxel_m())};
+  }
+  for (; z <= highest; ++z) out.lower_bound |= map.at(x, y, z) == Occupancy::kFree;
+  return out;
+}
+
+TEST(Heights, ThatHaveNoFreeSpaceAboveOrAGapInItAreLowerBoundsAsASlowReferenceSays) {
+  std::mt19937 random(8);
+  for (const double voxel_m : {0.02, 0.05, 0.2}) {
+    OccupancyMap map(voxel_m, kPlenty);
+    Tile& tile = map.tile({0, 0});
+    std::array<int, kTileColumns> tops{};
+    const int kHighest = 5 * 32 - 1;
+    for (const int bz : {0, 1, 3, 4}) (void)map.block(tile, bz);  // none at 64 .. 95
+    const auto set = [&](std::size_t column, int z, int log_odds) {
+      if (tile.blocks.contains(tile_of(z)))
+        tile.blocks.at(tile_of(z))->log_odds[std::size_t(in_tile(z)) * kTileColumns + column] =
+            static_cast<std::int8_t>(log_odds);
+    };
+    for (std::size_t c = 0; c < tops.size(); ++c) {
+      tops[c] = static_cast<int>(random() % 64);
+      const int noise = static_cast<int>(random() % 5);
+      const int end = tops[c] + 1 + noise + static_cast<int>(random() % 120);
+      for (int z = 0; z < tops[c]; ++z) set(c, z, static_cast<int>(random() % 3) * 19 - 19);
+      for (int z = tops[c] + 1 + noise; z < std::min(end, kHighest + 1); ++z) set(c, z, kMiss);
+      if (random() % 3 == 0) set(c, std::min(tops[c] + 2 + int(random() % 60), kHighest), 0);
+      if (random() % 3 == 0) set(c, std::min(tops[c] + 2 + int(random() % 90), kHighest), kMiss);
+      set(c, tops[c], kLogOddsMax);
+    }
+    const auto heights = tile_heights(map, tile, floor_tolerance_m(voxel_m));
+    int bounds = 0;
+    for (std::size_t c = 0; c < tops.size(); ++c) {
+      const AboveSurface said = look_above(map, int(c % 32), int(c / 32), tops[c], kHighest);
+      ASSERT_TRUE(is_known(heights[c].state));
+      ASSERT_EQ(heights[c].lower_bound, said.lower_bound) << voxel_m << " column " << c;
+      ASSERT_NEAR(heights[c].free_to_m, said.free_end * voxel_m, 1e-9);
+      bounds += said.lower_bound ? 1 : 0;
+    }
+    EXPECT_GT(bounds, 200);
+    EXPECT_LT(bounds, 900);
+  }
+}
+
+TEST(Heights, CountTheFramesThatTheyRestOn) {
+  const View view(2.0, 0.45);
+  OccupancyMap map(0.1, kPlenty);
+  ProjectiveIntegrator integrator({-0.3, 1.8});
+  for (const int views : {1, 2, 3}) {
+    integrator.integrate(view.frame, views * kNsPerSecond, map);
+    const auto heights = tile_heights(map, *map.find({0, 0}), floor_tolerance_m(0.1));
+    EXPECT_EQ(heights[0].views, views);
+    EXPECT_EQ(heights[5 * 32 + 5].views, views);
+    EXPECT_EQ(heights[31 * 32 + 31].views, 0);
+  }
+}
+
 TEST(MapJudge, CountsUnsafeMissedAndPhantomColumns) {
   HeightMap truth;
   truth.cell_m = 0.1;

@@ -120,5 +120,39 @@ TEST(ZoneBook, AStandbyHasTheSwitchesAndZonesOfTheMapperThatServed) {
   EXPECT_EQ(standby.set(1, 42).zones(), served.set(1, 42).zones());
 }
 
+/// A set of more than its bound is refused by every reader: then there would be no zone at all.
+TEST(ZoneBook, NeverSaysMoreZonesThanASetHoldsWhereverTheyComeFrom) {
+  const test::TempFolder folder;
+  std::vector<ZoneConfig> many, others;
+  for (int i = 1; i <= 40; ++i) many.push_back(triangle(i));
+  for (int i = 101; i <= 160; ++i) others.push_back(triangle(i, true));
+  SiteConfig kept;
+  kept.zones = others;
+  std::ofstream(folder / "zones.yaml") << to_yaml(kept);
+  const auto all_of = [](const ZoneBook& book, const std::vector<ZoneConfig>& zones) {
+    std::size_t found = 0;
+    const v1::ZoneSet set = book.set(1, 1);
+    for (const v1::Zone& zone : set.zones())
+      for (const ZoneConfig& z : zones)
+        found += static_cast<std::uint32_t>(z.id) == zone.id() ? 1 : 0;
+    return found == zones.size();
+  };
+  auto from_disk = *ZoneBook::open(many, folder.path());
+  EXPECT_EQ(dds::flaw(from_disk.set(1, 1)), nullptr);
+  EXPECT_EQ(from_disk.set(1, 1).zones().size(), v1::MAX_ZONES);
+  EXPECT_TRUE(all_of(from_disk, many)) << "those of the configuration go first";
+  EXPECT_EQ(from_disk.given_up(), 36U);
+
+  auto standby = *ZoneBook::open(many, "");
+  standby.follow(ZoneBook::open(others, "")->set(1, 1));
+  EXPECT_EQ(dds::flaw(standby.set(1, 1)), nullptr);
+  EXPECT_TRUE(all_of(standby, many));
+
+  auto reloaded = *ZoneBook::open({}, folder.path());
+  EXPECT_TRUE(reloaded.reload(many));
+  EXPECT_EQ(dds::flaw(reloaded.set(1, 1)), nullptr);
+  EXPECT_TRUE(all_of(reloaded, many));
+}
+
 }  // namespace
 }  // namespace crane

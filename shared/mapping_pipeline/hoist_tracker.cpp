@@ -1,4 +1,4 @@
-#include "mapper/hoist_tracker.hpp"
+#include "mapping_pipeline/hoist_tracker.hpp"
 
 #include <algorithm>
 
@@ -7,6 +7,7 @@
 namespace crane {
 namespace {
 
+constexpr TimeNs kOtherTime = 60 * kNsPerSecond;
 constexpr std::size_t kKept = 512;       ///< readings
 constexpr double kFarthestStep_m = 2.0;  ///< from reading to reading
 
@@ -35,8 +36,7 @@ bool HoistTracker::add(const HoistReading& reading) {
     return false;
   if (!readings_.empty() && reading.time <= readings_.back().time) {
     // Sent again by a player; or another recording, with times of its own.
-    constexpr TimeNs kOtherRecording = 60 * kNsPerSecond;
-    if (reading.time > readings_.back().time - kOtherRecording) return true;
+    if (reading.time > readings_.back().time - kOtherTime) return true;
     readings_.clear();
     unproven_.clear();
     last_.reset();
@@ -65,6 +65,17 @@ HoistKnown HoistTracker::known_at(TimeNs exposure) const {
                                                                        : HoistKnown::kLost;
 }
 
+std::optional<TimeNs> HoistTracker::apart(TimeNs exposure) const {
+  if (readings_.empty()) return std::nullopt;
+  const auto last = before(exposure);
+  const auto next = last == readings_.end() ? readings_.begin() : std::next(last);
+  TimeNs nearest = next != readings_.end() ? next->time - exposure : last->time - exposure;
+  if (last != readings_.end() && exposure - last->time < std::abs(nearest))
+    nearest = last->time - exposure;
+  if (std::abs(nearest) <= kOtherTime) return std::nullopt;
+  return nearest;
+}
+
 Bodies HoistTracker::bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const {
   switch (known_at(exposure)) {
     case HoistKnown::kNotUsed:
@@ -83,22 +94,18 @@ Bodies HoistTracker::bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m)
   return out;
 }
 
-std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& trolley,
-                                OccupancyMap& map) {
+std::size_t HoistTracker::prove(const Gantry& gantry, OccupancyMap& map) {
   std::size_t proven = 0;
   while (!unproven_.empty()) {
     const HoistReading r = unproven_.front();
-    Eigen::Vector2d gantry;
-    const auto x = cart.at(r.time, gantry.x());
-    const auto y = trolley.at(r.time, gantry.y());
-    using Lookup = PositionTrack::Lookup;
-    if (x == Lookup::kNotYet || y == Lookup::kNotYet) break;
+    const Gantry::Place place = gantry.at(r.time);
+    if (place.known == PositionTrack::Lookup::kNotYet) break;
     unproven_.pop_front();
-    if (x == Lookup::kGap || y == Lookup::kGap) {
+    if (place.known != PositionTrack::Lookup::kFound) {
       last_.reset();
       continue;
     }
-    const Boxes now{r, hook_box(geometry_, r, gantry), load_box(geometry_, r, gantry)};
+    const Boxes now{r, hook_box(geometry_, r, place.map_m), load_box(geometry_, r, place.map_m)};
     // What jumps was not on a straight way in between.
     const bool steady = last_ && r.time - last_->reading.time <= max_gap() &&
                         (now.hook.centre - last_->hook.centre).norm() < kFarthestStep_m;
@@ -110,6 +117,11 @@ std::size_t HoistTracker::prove(const PositionTrack& cart, const PositionTrack& 
     last_ = now;
   }
   return proven;
+}
+
+void HoistTracker::prove_nothing() {
+  unproven_.clear();
+  last_.reset();
 }
 
 }  // namespace crane

@@ -4,9 +4,10 @@
 #include <optional>
 
 #include "config/site_config.hpp"
-#include "geometry/position_track.hpp"
+#include "geometry/hoist_reading.hpp"
 #include "mapping/hoist.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping_pipeline/gantry.hpp"
 
 namespace crane {
 
@@ -29,11 +30,16 @@ class HoistTracker {
   /// Whether a reading as late as the exposure has come.
   [[nodiscard]] bool reaches(TimeNs exposure) const;
   [[nodiscard]] HoistKnown known_at(TimeNs exposure) const;
+  /// How much later than the exposure the nearest reading is, when that is more than a minute off:
+  /// then they are of different clocks, or of different recordings, and no gap.
+  [[nodiscard]] std::optional<TimeNs> apart(TimeNs exposure) const;
   /// What may be rope, hook or load at an exposure, by the readings before and after it.
   [[nodiscard]] Bodies bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const;
-  /// Marks what hook and load have passed since the last call, as far as positions are known.
-  /// Returns the number of voxels.
-  std::size_t prove(const PositionTrack& cart, const PositionTrack& trolley, OccupancyMap& map);
+  /// Marks what hook and load have passed since the last call, as far as positions are known and
+  /// trusted. Returns the number of voxels.
+  std::size_t prove(const Gantry& gantry, OccupancyMap& map);
+  /// Positions since the last prove() were wrong: what was passed then proves nothing.
+  void prove_nothing();
 
  private:
   struct Boxes {

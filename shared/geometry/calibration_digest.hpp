@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+
+#include "geometry/stereo_rig.hpp"
+
+namespace crane {
+
+/// A number that two calibrations share only if they are the same: travels with frames and clouds,
+/// so that nothing is made of them with another calibration. Never 0, which says nothing. Values
+/// that differ by less than a rounding in the last digits of a YAML file are the same.
+std::uint64_t calibration_digest(const StereoRig& rig);
+
+}  // namespace crane

@@ -1,0 +1,89 @@
+#include "mapping_pipeline/gantry.hpp"
+
+#include <algorithm>
+
+namespace crane {
+namespace {
+
+PositionLimits limits_of(const MapperConfig& c) {
+  PositionLimits limits;
+  limits.min_m = c.rangefinder_min_m;
+  limits.max_m = c.rangefinder_max_m;
+  limits.max_gap = std::chrono::milliseconds(c.max_position_gap_ms);
+  limits.largest_speed_mps = c.largest_speed_mps;
+  limits.noise_m = c.rangefinder_noise_m;
+  return limits;
+}
+
+constexpr TimeNs kMs = 1'000'000;
+
+std::optional<Cause> cause_of(Axis axis, PositionTrack::Added added) {
+  const bool cart = axis == Axis::kCart;
+  switch (added) {
+    case PositionTrack::Added::kYes:
+    case PositionTrack::Added::kOutOfOrder:  // sent again by a player: known already
+      return std::nullopt;
+    case PositionTrack::Added::kNotFinite:
+      return cart ? Cause::kCartNotFinite : Cause::kTrolleyNotFinite;
+    case PositionTrack::Added::kOutOfRange:
+      return cart ? Cause::kCartOutOfRange : Cause::kTrolleyOutOfRange;
+    case PositionTrack::Added::kJump:
+      return cart ? Cause::kCartJump : Cause::kTrolleyJump;
+    case PositionTrack::Added::kStuck:
+      return cart ? Cause::kCartStuck : Cause::kTrolleyStuck;
+  }
+  return std::nullopt;
+}
+
+/// How bad each is: what is worse decides.
+int badness(PositionTrack::Lookup known) {
+  switch (known) {
+    case PositionTrack::Lookup::kFound:
+      return 0;
+    case PositionTrack::Lookup::kUnconfirmed:
+      return 1;
+    case PositionTrack::Lookup::kNotYet:
+      return 2;
+    case PositionTrack::Lookup::kDoubtful:
+      return 3;
+    case PositionTrack::Lookup::kGap:
+      return 4;
+  }
+  return 4;
+}
+
+}  // namespace
+
+Gantry::Gantry(const MapperConfig& c)
+    : devices_{Device{PositionTrack(limits_of(c)), c.cart_latency_ms * kMs,
+                      double(c.cart_direction), c.cart_offset_m, std::nullopt},
+               Device{PositionTrack(limits_of(c)), c.trolley_latency_ms * kMs,
+                      double(c.trolley_direction), c.trolley_offset_m, std::nullopt}} {}
+
+std::optional<Cause> Gantry::add(Axis axis, std::uint64_t stream, TimeNs time, double distance_m) {
+  Device& device = of(axis);
+  if (device.stream != stream) {  // another recording may use the same times for other places
+    device.stream = stream;
+    device.track.clear();
+  }
+  return cause_of(axis, device.track.add(time - device.latency, distance_m));
+}
+
+Gantry::Place Gantry::at(TimeNs time) const {
+  Place place;
+  place.known = PositionTrack::Lookup::kFound;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const Device& device = devices_[i];
+    double distance_m = 0;
+    const PositionTrack::Lookup known = device.track.at(time, distance_m);
+    place.map_m[static_cast<Eigen::Index>(i)] = device.offset_m + device.direction * distance_m;
+    if (badness(known) > badness(place.known)) place.known = known;
+  }
+  return place;
+}
+
+void Gantry::trust(TimeNs time) {
+  for (Device& device : devices_) device.track.trust(time);
+}
+
+}  // namespace crane
