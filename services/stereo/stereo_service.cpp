@@ -114,7 +114,7 @@ class Service {
     const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
     const auto report = stage_.match({{cloud->depth().data(), pixels},
                                       {cloud->confidence().data(), pixels},
-                                      {cloud->colour().data(), colour ? 3 * pixels : 0}});
+                                      {cloud->colour().data(), 3 * pixels}});
     if (!report) {
       clouds_.discard(cloud);
       return refuse(Cause::kFrameUnmatched, report.error().text());
@@ -204,7 +204,7 @@ class Service {
   void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {
     const RectifiedCamera& camera = stage_.camera();
     cloud.crane(header.crane);
-    cloud.has_colour(header.encoding == v1::ENCODING_BGR8 ? 1 : 0);
+    cloud.has_colour(1);  // of a grey camera its grey: the mapper knows places by their look
     cloud.stream(header.stream);
     cloud.sequence_number(header.sequence_number);
     cloud.after(header.after);

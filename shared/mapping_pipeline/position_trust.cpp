@@ -1,6 +1,7 @@
 #include "mapping_pipeline/position_trust.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace crane {
 namespace {
@@ -26,8 +27,9 @@ PositionTrust::Finding PositionTrust::check(const DepthFrame& frame, TimeNs expo
   const bool distrusted = trust_ != Trust::kGood;
   if (found.verdict != Verdict::kAgrees) {
     agreements_ = 0;
+    if (found.verdict == Verdict::kContradicts)
+      note_contradiction(moved_m, found.shift_m, confirmed);
     if (!confirmed) return {Cause::kPositionUnconfirmed, found.shift_m};
-    if (found.verdict == Verdict::kContradicts) note_contradiction(moved_m, found.shift_m);
     if (found.verdict == Verdict::kContradicts || distrusted)
       return {Cause::kContradictsMap, found.shift_m};
   } else if (distrusted) {
@@ -43,20 +45,26 @@ PositionTrust::Finding PositionTrust::check(const DepthFrame& frame, TimeNs expo
   return {};
 }
 
-/// `moved_m`: since the frame that is compared with, as positions say. Had an axis gone the other
-/// way, what the frame sees would lie twice that far back.
 void PositionTrust::note_contradiction(const Eigen::Vector2d& moved_m,
-                                       const Eigen::Vector2d& shift_m) {
-  ++contradictions_;
-  if (trust_ != Trust::kGood && trust_ != Trust::kContradicted) return;
-  for (const Axis axis : {Axis::kCart, Axis::kTrolley}) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    const double back_m = -2 * moved_m[i];
-    if (std::abs(back_m) > kReversed_m && std::abs(shift_m[i] - back_m) < kExactly_m)
-      trust_ = axis == Axis::kCart ? Trust::kCartReversed : Trust::kTrolleyReversed;
-  }
-  if (trust_ == Trust::kGood && contradictions_ >= kContradictionsToDistrust)
+                                       const Eigen::Vector2d& shift_m, bool confirmed) {
+  if (confirmed && ++contradictions_ >= kContradictionsToDistrust && trust_ == Trust::kGood)
     trust_ = Trust::kContradicted;
+  for (const Axis axis : {Axis::kCart, Axis::kTrolley})
+    if (reversed(static_cast<Eigen::Index>(axis), moved_m, shift_m, confirmed))
+      trust_ = axis == Axis::kCart ? Trust::kCartReversed : Trust::kTrolleyReversed;
+}
+
+/// `moved_m`: since the frame that is compared with, as positions say. Had an axis gone the other
+/// way, what the frame sees would lie twice that far back. Positions that jumped can do that once
+/// by chance, but not from two places.
+bool PositionTrust::reversed(Eigen::Index axis, const Eigen::Vector2d& moved_m,
+                             const Eigen::Vector2d& shift_m, bool confirmed) {
+  const double back_m = -2 * moved_m[axis];
+  if (std::abs(back_m) < kReversed_m || std::abs(shift_m[axis] - back_m) > kExactly_m) return false;
+  const Eigen::Vector2d from_m = looked_closely_at_m_;
+  const auto before = std::exchange(reversed_before_, Reversal{from_m, moved_m});
+  return confirmed || (before && ((before->from_m - from_m).norm() > kCloseLook_m ||
+                                  (before->moved_m - moved_m).norm() > kCloseLook_m));
 }
 
 }  // namespace crane

@@ -38,12 +38,19 @@ class PositionTrust {
   void begin_anew() { placement_.clear(); }
 
  private:
-  void note_contradiction(const Eigen::Vector2d& moved_m, const Eigen::Vector2d& shift_m);
+  void note_contradiction(const Eigen::Vector2d& moved_m, const Eigen::Vector2d& shift_m,
+                          bool confirmed);
+  bool reversed(Eigen::Index axis, const Eigen::Vector2d& moved_m, const Eigen::Vector2d& shift_m,
+                bool confirmed);
 
   PlacementCheck placement_;
   Eigen::Vector2d looked_closely_at_m_ = Eigen::Vector2d::Zero();
   int contradictions_ = 0, agreements_ = 0;  ///< in a row
   Trust trust_ = Trust::kGood;
+  struct Reversal {
+    Eigen::Vector2d from_m, moved_m;
+  };
+  std::optional<Reversal> reversed_before_;
 };
 
 }  // namespace crane

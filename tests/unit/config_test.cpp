@@ -115,5 +115,23 @@ TEST(SiteConfig, NetworksSayWhatTheyNeed) {
   EXPECT_TRUE(local->dds.shared_memory);
 }
 
+TEST(SiteConfig, DirectionOffsetAndSpeedOfRangefindersAreReadAndChecked) {
+  const auto good = parse_site_config(
+      "mapper: {cart_direction: -1, cart_offset_m: 60, trolley_offset_m: -0.5, "
+      "largest_speed_mps: 1.5, rangefinder_noise_m: 0.01}\n",
+      "site");
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_EQ(good->mapper.cart_direction, -1);
+  EXPECT_EQ(good->mapper.trolley_direction, 1);
+  EXPECT_EQ(good->mapper.cart_offset_m, 60);
+  EXPECT_EQ(good->mapper.largest_speed_mps, 1.5);
+  const auto again = parse_site_config(to_yaml(*good), "again");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(to_yaml(*again), to_yaml(*good));
+  for (const char* bad : {"cart_direction: 0", "trolley_direction: 2", "largest_speed_mps: 0",
+                          "cart_offset_m: x", "rangefinder_noise_m: -1"})
+    EXPECT_FALSE(parse_site_config(std::string("mapper: {") + bad + "}\n", "site")) << bad;
+}
+
 }  // namespace
 }  // namespace crane

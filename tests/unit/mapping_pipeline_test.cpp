@@ -627,6 +627,14 @@ TEST_F(PositionsTest, ARangefinderAtTheFarEndIsFoundOutAndSetRightByTheConfigura
   EXPECT_EQ(count(drive(right, 15, x, from_the_end), std::nullopt), 15);
 }
 
+TEST_F(PositionsTest, AWrongDirectionIsFoundOutWhereTheCraneIsMovedStepByStepToo) {
+  MappingPipeline pipeline(crane_config(), rig_);
+  const auto steps = [](double s) { return 3 + 0.5 * std::fmod(std::floor(s / 0.6), 3); };
+  const auto frames = drive(pipeline, 15, steps, [&](double s) { return 20 - steps(s); });
+  EXPECT_EQ(pipeline.report().trust, Trust::kCartReversed);
+  EXPECT_LE(count(frames, std::nullopt), 4);
+}
+
 TEST_F(PositionsTest, AnOffsetTooSmallForAJumpIsFoundByFramesAndNotTakenForAWrongDirection) {
   MappingPipeline pipeline(crane_config(), rig_);
   const auto frames = drive(
