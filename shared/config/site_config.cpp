@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "config/yaml_reader.hpp"
+#include "geometry/simple_polygon.hpp"
 
 namespace crane {
 namespace {
@@ -141,6 +142,12 @@ void read_hoist(YamlReader y, HoistConfig& c) {
   y.integer("max_gap_ms", c.max_gap_ms, 50, 10'000);
 }
 
+std::string outline_flaw(const ZoneConfig& z) {
+  std::vector<Corner> outline;
+  for (const ZoneConfig::Corner& c : z.corners) outline.push_back({c.x_m, c.y_m});
+  return polygon_flaw(outline);
+}
+
 std::vector<ZoneConfig> read_zones(YamlReader& file) {
   std::vector<ZoneConfig> zones;
   for (YamlReader& y : file.items("zones")) {
@@ -162,6 +169,8 @@ std::vector<ZoneConfig> read_zones(YamlReader& file) {
     }
     if (z.corners.size() < 3 || z.corners.size() > 32)
       y.problem("corners", "must be 3 to 32 of {x: .., y: ..}");
+    else if (std::string flaw = outline_flaw(z); !flaw.empty())
+      y.problem("corners", "of zone " + std::to_string(z.id) + ": the outline " + flaw);
     if (z.z_min_m >= z.z_max_m) y.problem("z_min_m", "must be less than z_max_m");
     if (z.name.size() > 63) y.problem("name", "has more than 63 characters");
     for (const ZoneConfig& other : zones)
