@@ -120,8 +120,9 @@ class Player {
     const RecordedFrame& frame = recording_.frame(n);
     const Stopwatch watch;
     for (bool is_left : {true, false}) {
-      auto image = read_image(is_left ? frame.left_file : frame.right_file, v1::MAX_PIXELS);
-      const CameraModel& model = recording_.rig().left;
+      const CameraModel& model = is_left ? recording_.rig().left : recording_.rig().right;
+      auto image =
+          read_image(is_left ? frame.left_file : frame.right_file, v1::MAX_PIXELS, model.bits);
       if (image && (image->width != model.width || image->height != model.height))
         image = Error{ErrorCode::kWrongSize, is_left ? frame.left_file : frame.right_file,
                       std::to_string(image->width) + " x " + std::to_string(image->height) +

@@ -184,7 +184,7 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
   cloud.frame.T_map_rectified = Eigen::Translation3d(cart_m, trolley_m, 0) *
-                                rig_.T_map_camera_at_zero * rig_.T_body_left * T_left_rectified;
+                                rig_.T_map_camera_at_zero * T_left_rectified;
   return Placing::kPlaced;
 }
 

@@ -113,30 +113,6 @@ TEST(TimeCsv, NamesFileAndLine) {
   EXPECT_EQ(rows.error().where, "data.csv:3");
 }
 
-std::vector<std::uint8_t> bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-TEST(ImageFile, RefusesATruncatedImageAtAnyLength) {
-  const std::string path = test::rig_recording() + "/cam0/data/1700000000000000000.jpg";
-  const std::vector<std::uint8_t> whole = bytes_of(path);
-  ASSERT_TRUE(decode_image(whole, path, 1'000'000));
-  for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 50) {
-    const auto image =
-        decode_image({whole.begin(), whole.begin() + std::ptrdiff_t(size)}, path, 1'000'000);
-    ASSERT_FALSE(image) << size;
-    EXPECT_EQ(image.error().where, path);
-  }
-}
-
-TEST(ImageFile, RefusesMorePixelsThanAFrameHolds) {
-  const std::string path = test::rig_recording() + "/cam0/data/1700000000000000000.jpg";
-  const auto image = decode_image(bytes_of(path), path, 100'000);
-  ASSERT_FALSE(image);
-  EXPECT_NE(image.error().what.find("1280 x 720"), std::string::npos);
-}
-
 TEST(RecordingWriter, WritesWhatRecordingOpens) {
   const TempFolder folder;
   StereoRig rig = Recording::open(test::rig_recording())->rig();
