@@ -3,6 +3,7 @@
 
 #include "base/log.hpp"
 #include "commands.hpp"
+#include "output.hpp"
 #include "service/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -28,7 +29,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? crane::kExitOk : crane::kExitConfiguration;
+    return crane::exit_code_of_output(app.exit(e) == 0 ? crane::kExitOk
+                                                       : crane::kExitConfiguration);
   }
-  return commands.at(app.get_subcommands().front()->get_name())();
+  return crane::exit_code_of_output(commands.at(app.get_subcommands().front()->get_name())());
 }

@@ -1,5 +1,7 @@
 #include "config/site_config.hpp"
 
+#include <arpa/inet.h>
+
 #include <array>
 #include <charconv>
 #include <sstream>
@@ -36,6 +38,11 @@ void read_dds(YamlReader y, DdsConfig& c) {
     y.problem("shared_memory", "belongs to network: wan");
   const bool named = y.has("interfaces");
   y.texts("interfaces", c.interfaces);
+  for (const std::string& address : c.interfaces)
+    if (in_addr ignored{}; inet_pton(AF_INET, address.c_str(), &ignored) != 1)
+      y.problem("interfaces", "'" + address +
+                                  "' is no IPv4 address of this host, such as 127.0.0.1: names, "
+                                  "networks (/8) and IPv6 are not known to Fast DDS");
   y.texts("servers", c.servers);
   y.texts("peers", c.peers);
   y.integer("tcp_port", c.tcp_port, 0, 65'500);

@@ -283,11 +283,7 @@ Result<void> YamlReader::finish() {
     }
   shared.maps.clear();
   if (shared.problems.empty()) return {};
-  std::string all;
-  for (const std::string& p : shared.problems) all += "\n  " + p;
-  return Error{ErrorCode::kConfiguration, shared.name,
-               std::to_string(shared.problems.size()) + " problem(s):" + all,
-               "correct them and start again; nothing was changed"};
+  return problems_error(shared.name, shared.problems);
 }
 
 }  // namespace crane

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "base/utf8.hpp"
+
 namespace crane {
 namespace {
 
@@ -51,11 +53,7 @@ class StrictEvents final : public YAML::EventHandler {
 
   [[nodiscard]] Result<void> result() const {
     if (problems_.empty()) return {};
-    std::string all;
-    for (const std::string& p : problems_) all += "\n  " + p;
-    return Error{ErrorCode::kConfiguration, name_,
-                 std::to_string(problems_.size()) + " problem(s):" + all,
-                 "correct them and start again; nothing was changed"};
+    return problems_error(name_, problems_);
   }
 
  private:
@@ -137,7 +135,20 @@ std::optional<T> parsed(const std::string& text, bool real) {
 
 }  // namespace
 
+Error problems_error(const std::string& name, const std::vector<std::string>& problems) {
+  // The first stands in the line of the log that tools look for.
+  std::string all;
+  for (const std::string& p : problems) all += (all.empty() ? " " : "\n  ") + p;
+  return {ErrorCode::kConfiguration, name, std::to_string(problems.size()) + " problem(s):" + all,
+          "correct them and start again; nothing was changed"};
+}
+
 Result<void> check_strict_yaml(const std::string& text, const std::string& name) {
+  if (const std::size_t bad = first_not_utf8(text); bad != std::string::npos) {
+    const auto lines = std::count(text.begin(), text.begin() + std::ptrdiff_t(bad), '\n');
+    return Error{ErrorCode::kConfiguration, name + ":" + std::to_string(lines + 1),
+                 "holds bytes that are not UTF-8", "save the file as UTF-8"};
+  }
   StrictEvents events(name);
   try {
     std::istringstream stream(text);

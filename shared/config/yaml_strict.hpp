@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.hpp"
 
@@ -11,6 +12,9 @@ namespace crane {
 /// another for that: a key twice, a second document, a key that is no text, aliases, a nesting
 /// that exhausts the stack. Error: Configuration, every place with its line.
 Result<void> check_strict_yaml(const std::string& text, const std::string& name);
+
+/// All problems of a file, each "file:line: what", as one error.
+Error problems_error(const std::string& name, const std::vector<std::string>& problems);
 
 /// Numbers as everybody reads them: decimal, leading zeros without meaning (010 is ten). Nothing
 /// for octal, hexadecimal, 1_000, 1:30, .inf, .nan, or with a unit.

@@ -107,6 +107,56 @@ TEST_F(SpoiltRecording, RefusesAPathOutOfTheRecording) {
   expect_error("no file name", ErrorCode::kBadData);
 }
 
+/// Stamps of a clock that was not set yet: a play would wait for decades.
+TEST_F(SpoiltRecording, RefusesReadingsFromBeforeTheClockWasSet) {
+  for (const char* sensor : {"cart0", "trolley0"}) {
+    const std::string file = std::string(sensor) + "/data.csv";
+    replace(file, "#timestamp [ns],distance [m]\n", "#timestamp\n5000000000,0.5\n6000000000,0.5\n");
+    expect_error(file + ": its time jumps by 53.9 years", ErrorCode::kBadData);
+    expect_error("1970-01-01 00:00:06", ErrorCode::kBadData);
+    replace(file, "5000000000,0.5\n6000000000,0.5\n", "");
+  }
+  append("cart0/data.csv", "4300000000000000000,1.0");
+  expect_error("cart0/data.csv: its time jumps", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesAStampOfAnotherTimeInImagesAndHoistToo) {
+  fs::create_directories(folder_ / "hoist0");
+  append("hoist0/data.csv", "5000000000,0.9");
+  expect_error("hoist0/data.csv: its times (from 1970-01-01", ErrorCode::kBadData);
+  append("hoist0/data.csv", "1700000000000000000,0.9");
+  expect_error("hoist0/data.csv: its time jumps by", ErrorCode::kBadData);
+  fs::remove_all(folder_ / "hoist0");
+  for (const char* camera : {"cam0/data.csv", "cam1/data.csv"})
+    append(camera, "4300000000000000000,a.jpg");
+  expect_error("cam0/data.csv: its time jumps", ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesASensorWhoseClockWasNeverSet) {
+  std::ofstream(folder_ / "cart0/data.csv") << "5000000000,0.5\n6000000000,0.5\n";
+  expect_error("cart0/data.csv: its times (from 1970-01-01 00:00:05) are 53.9 years away",
+               ErrorCode::kBadData);
+}
+
+TEST_F(SpoiltRecording, RefusesTimesThatAreNoNanoseconds) {
+  for (const char* unit : {"", "000", "000000"}) {  // seconds, milliseconds, microseconds at 10 Hz
+    for (const char* file : {"cam0/data.csv", "cam1/data.csv"}) {
+      std::ofstream out(folder_ / file);
+      for (int i = 0; i < 6; ++i)
+        out << "170000000" << i << (std::string(unit) == "000000" ? "00000" : unit) << ",a.jpg\n";
+    }
+    expect_error("are no nanoseconds", ErrorCode::kBadData);
+  }
+}
+
+/// What counts is one clock: since boot is one too, and a crane may stand still for a while.
+TEST_F(SpoiltRecording, TakesTimesSinceBootAndLongPauses) {
+  for (const char* file : {"cam0/data.csv", "cam1/data.csv", "cart0/data.csv", "trolley0/data.csv"})
+    std::ofstream(folder_ / file) << "5000000000,1\n6000000000,1\n3000000000000,1\n";
+  const auto opened = Recording::open(folder_.path());
+  ASSERT_TRUE(opened) << opened.error().text();
+}
+
 TEST(TimeCsv, NamesFileAndLine) {
   const auto rows = parse_time_csv("# head\n5,a\nx,b\n", "data.csv");
   ASSERT_FALSE(rows);

@@ -123,6 +123,16 @@ TEST(StrictYaml, LineEndsByteOrderMarkAndTabs) {
   EXPECT_NE(problem("dds: {identity: \"a\\0b\"}\n"), "");
 }
 
+TEST(StrictYaml, AFileThatIsNotUtf8IsNamedWithTheLine) {
+  expect_problem("crane: 1\ndds: {security: Kr\xE4n}\n",
+                 "site.yaml:2: holds bytes that are not UTF-8");
+  expect_problem(std::string("\xFF\xFE"
+                             "c\0r\0",
+                             6),
+                 "UTF-8");
+  EXPECT_EQ(problem("dds: {security: Kr\xC3\xA4n}\n"), "");
+}
+
 TEST(StrictYaml, NestingOfAnyKindIsBounded) {
   std::string dashes, indent, flow(150, '['), keys;
   for (int i = 0; i < 20'000; ++i) dashes += "- ";
