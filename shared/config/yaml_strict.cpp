@@ -51,6 +51,7 @@ class StrictEvents final : public YAML::EventHandler {
   }
   void OnMapEnd() override { levels_.pop_back(); }
 
+  [[nodiscard]] int documents() const { return documents_; }
   [[nodiscard]] Result<void> result() const {
     if (problems_.empty()) return {};
     return problems_error(name_, problems_);
@@ -153,7 +154,8 @@ Result<void> check_strict_yaml(const std::string& text, const std::string& name)
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    while (parser.HandleNextDocument(events)) {
+    // No further: at some broken ends yaml-cpp 0.7 begins one empty document after another.
+    while (events.documents() < 2 && parser.HandleNextDocument(events)) {
     }
   } catch (const YAML::Exception& e) {
     return Error{ErrorCode::kConfiguration, name + ":" + line_of(e.mark), e.msg,

@@ -50,6 +50,13 @@ TEST(StrictYaml, ASecondDocumentIsRefused) {
   EXPECT_EQ(problem("---\ncrane: 1\n...\n"), "");
 }
 
+/// yaml-cpp goes on for ever at some of these.
+TEST(StrictYaml, AnyBrokenEndIsReachedAndRefused) {
+  for (const char* end : {"]", "}", "crane: 1\n]", "crane: 1\n}\n", "crane: 1\n...\n]",
+                          "a: b\n- c\n", "? a\n] b", ",", ": :", "- a\nb: c\n", "crane: 1\n, 2"})
+    EXPECT_NE(problem(end), "") << end;
+}
+
 TEST(StrictYaml, NumbersAreDecimalWithLeadingZerosOrNot) {
   const auto crane = [](const std::string& value) {
     const auto read = parse_site_config("crane: " + value + "\n", "x");
