@@ -4,9 +4,13 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -40,6 +44,21 @@ std::string read_marker(int file) {
   return all.starts_with(kFirstLine) ? std::string(all.substr(kFirstLine.size())) : std::string();
 }
 
+/// Whether a run of a version without markers made all that is there.
+bool made_before_markers(const fs::path& folder) {
+  std::ifstream file(folder / "report.json");
+  const auto report = nlohmann::json::parse(file, nullptr, false);
+  if (!report.is_object() || !report.contains("cranemap") || !report.contains("run")) return false;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    const std::string name = entry.path().filename().string();
+    const auto* end = std::end(ResultFolder::kResults);
+    if (name != "logs" && std::find(std::begin(ResultFolder::kResults), end, name) == end)
+      return false;
+  }
+  return !failed;
+}
+
 }  // namespace
 
 Result<ResultFolder> ResultFolder::claim(const std::string& path) {
@@ -52,7 +71,7 @@ Result<ResultFolder> ResultFolder::claim(const std::string& path) {
   if (!known) {
     const fs::directory_iterator first(path, failed);
     if (failed) return unwritable(path, failed.value());
-    if (first != fs::directory_iterator())
+    if (first != fs::directory_iterator() && !made_before_markers(path))
       return foreign(path,
                      "holds files that no run made ('" + first->path().filename().string() + "')");
   }

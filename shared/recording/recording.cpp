@@ -4,7 +4,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
+#include <set>
 
+#include "config/yaml_strict.hpp"
 #include "recording/csv.hpp"
 #include "recording/hoist_csv.hpp"
 #include "recording/time_check.hpp"
@@ -20,13 +23,15 @@ Result<std::vector<RecordedDistance>> read_distances(const std::string& path) {
   std::vector<RecordedDistance> out;
   out.reserve(rows->size());
   for (const auto& [time, text] : *rows) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (end == text.c_str() || *end != '\0')
+    // Decimal, or as C libraries write that there is none; not 0x10, which strtod would take.
+    static const std::set<std::string> kNone = {"nan", "-nan", "NaN", "NAN", "inf", "-inf", "Inf"};
+    const std::optional<double> value =
+        kNone.contains(text) ? std::optional(std::nan("")) : decimal_number(text);
+    if (!value)
       return Error{ErrorCode::kBadData, path,
                    "'" + text + "' at time " + std::to_string(time) + " is not a distance",
                    "write metres, or nan where the device gave no reading"};
-    out.push_back({time, value});
+    out.push_back({time, *value});
   }
   return out;
 }

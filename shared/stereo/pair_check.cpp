@@ -79,7 +79,8 @@ const char* advice(PairFlaw flaw) {
     case PairFlaw::kRightFrozen:
       return "a camera repeats its last image: restart it";
     case PairFlaw::kNoOverlap:
-      return "hardly a pixel matches: are the cameras swapped, covered, out of step, or nearer to "
+      return "hardly a pixel matches: are the cameras swapped, covered, out of step, drowned in "
+             "noise, or nearer to "
              "the "
              "scene than stereo.nearest_m?";
     case PairFlaw::kTooDark:

@@ -137,6 +137,19 @@ TEST_F(SilentInput, ResultsOfAnEarlierRunAreGoneBeforeTheNextBegins) {
   EXPECT_EQ(text_of(out_ + "/state/tile"), "of the mapper that serves");
 }
 
+/// Versions before this one left no marker.
+TEST_F(SilentInput, ResultsOfAnOlderVersionAreReplacedUnlessSomethingElseIsThere) {
+  fs::create_directories(out_);
+  std::ofstream(out_ + "/report.json") << R"({"cranemap": {}, "run": {}})";
+  std::ofstream(out_ + "/map.bt") << "old";
+  std::ofstream(out_ + "/site.yaml") << "mine";
+  expect(map(), 2, "holds files that no run made");
+  EXPECT_EQ(text_of(out_ + "/map.bt"), "old");
+  fs::remove(out_ + "/site.yaml");
+  ASSERT_EQ(map().code, 0);
+  EXPECT_NE(text_of(out_ + "/map.bt"), "old");
+}
+
 TEST_F(SilentInput, AFolderWhoseNameIsNotUtf8IsMappedAndReported) {
   const std::string old_disk = folder_ / "Kr\xE4n";
   fs::create_directory(old_disk);

@@ -98,8 +98,14 @@ TEST_F(SpoiltRecording, RefusesADistanceThatIsNoNumberAndKeepsNan) {
   const auto opened = Recording::open(folder_.path());
   ASSERT_TRUE(opened);
   EXPECT_TRUE(std::isnan(opened->cart().back().distance_m));
-  append("trolley0/data.csv", "1700000009000000000,far");
-  expect_error("'far'", ErrorCode::kBadData);
+  for (const std::string bad : {"far", "0x10", "1,5", "1.5 m", "", "1_0"}) {
+    const std::string line = "1700000009000000000," + bad + "\n";
+    replace("trolley0/data.csv", "#timestamp [ns],distance [m]\n", "#\n");
+    append("trolley0/data.csv", "1700000009000000000," + bad);
+    expect_error("'" + bad + "'", ErrorCode::kBadData);
+    replace("trolley0/data.csv", line, "");
+    replace("trolley0/data.csv", "#\n", "#timestamp [ns],distance [m]\n");
+  }
 }
 
 TEST_F(SpoiltRecording, RefusesAPathOutOfTheRecording) {
@@ -192,7 +198,7 @@ TEST(HoistCsv, ReadsHeightAloneOrAllAndNamesWhatIsWrong) {
   EXPECT_TRUE((*all)[1].has_load());
   EXPECT_EQ((*all)[1].sway_m.y(), -0.02);
   for (const char* bad : {"5,\n", "5,x\n", "5,1,2,3,4,5,6,7,8,9\n", "5,1,-1\n", "5,1,0,1,nan\n",
-                          "5,1,0,-2,1,1\n", "5,1,\n"}) {
+                          "5,1,0,-2,1,1\n", "5,1,\n", "5,0x1\n", "5,1;2\n", "5,1e\n"}) {
     const auto read = parse_hoist_csv(bad, "h.csv");
     ASSERT_FALSE(read) << bad;
     EXPECT_NE(read.error().text().find("h.csv"), std::string::npos);
