@@ -116,6 +116,7 @@ class Player {
   }
 
   /// Decodes frame n into left_ and right_. False: unreadable, counted and skipped.
+  /// Error: Configuration.
   Result<bool> load(std::int64_t n) {
     const RecordedFrame& frame = recording_.frame(n);
     const Stopwatch watch;
@@ -129,6 +130,8 @@ class Player {
                           " pixels, sensor.yaml says " + std::to_string(model.width) + " x " +
                           std::to_string(model.height),
                       "use the calibration of this camera at this resolution"};
+      // Of no image of this camera could be made more: sensor.yaml must say it.
+      if (!image && image.error().code == ErrorCode::kConfiguration) return image.error();
       if (!image) {
         log_error(image.error().text());
         if (unreadable_.insert(n).second) status().dropped.add("image unreadable or of wrong size");

@@ -43,12 +43,12 @@ Result<cv::Mat> to_8_bits(const cv::Mat& image, const std::string& name, int bit
   const std::string largest = "its largest value is " + std::to_string(static_cast<int>(most));
   if (bits == 0)
     return Error{
-        ErrorCode::kBadData, name,
+        ErrorCode::kConfiguration, name,
         "has 16 bits, and its sensor.yaml does not say how many of them count (" + largest + ")",
         "write 'bits: 12' for values up to 4095, 'bits: 16' for values that fill 16 bits "
         "(left-aligned ones too), or convert it to 8 bits"};
   if (most >= double(1U << static_cast<unsigned>(bits)))
-    return Error{ErrorCode::kBadData, name,
+    return Error{ErrorCode::kConfiguration, name,
                  largest + ", sensor.yaml says bits: " + std::to_string(bits),
                  "correct 'bits'; left-aligned values have 16"};
   cv::Mat out;

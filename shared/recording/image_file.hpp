@@ -18,8 +18,8 @@ struct Image {
 /// Pixels are as stored, whatever orientation the file's metadata ask for; what follows the end of
 /// the image is ignored. `bits`: how many lower bits of a 16-bit PNG the camera fills, 8 .. 16; 0 =
 /// not known.
-/// Error: BadData for a file that is missing, truncated, damaged, or no image of 8 bits (or of 16
-/// with `bits` known).
+/// Error: BadData for a file that is missing, truncated, damaged, or no grey or colour image;
+/// Configuration where `bits` must be said, or is too low.
 Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int bits = 0);
 Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
                            std::uint64_t max_pixels, int bits = 0);

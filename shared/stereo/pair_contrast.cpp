@@ -19,7 +19,7 @@ constexpr double kTimesMore = 4, kLeast = 2.5;
 constexpr double kTrusted = 0.5;      ///< share of the matched patches that must be distinct
 constexpr int kEnough = 20;           ///< patches
 constexpr double kAnyTexture = 0.05;  ///< share of the patches
-constexpr double kDark = 32, kFaint = 3;
+constexpr double kDark = 32, kBright = 235, kFaint = 3;
 
 /// Sums over a patch of one image; its brightness varies by `variance`.
 struct Patch {
@@ -103,12 +103,12 @@ PairContrast look_at_contrast(const GreyView& left, const GreyView& right,
 
 std::optional<PairFlaw> flaw_of(const PairContrast& c) {
   const PairFlaw why = c.mean < kDark       ? PairFlaw::kTooDark
+                       : c.mean > kBright   ? PairFlaw::kTooBright
                        : c.texture < kFaint ? PairFlaw::kNoContrast
                                             : PairFlaw::kTooNoisy;
   if (c.matched >= kEnough && c.distinct < kTrusted * c.matched) return why;
   // So little matches that nothing is to be seen of the reason: but this much is.
-  if (c.matched < kEnough && c.textured < kAnyTexture * c.patches)
-    return c.mean < kDark ? PairFlaw::kTooDark : PairFlaw::kNoContrast;
+  if (c.matched < kEnough && c.textured < kAnyTexture * c.patches) return why;
   return std::nullopt;
 }
 

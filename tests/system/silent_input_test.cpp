@@ -12,6 +12,7 @@
 
 #include "process.hpp"
 #include "recording/image_file.hpp"
+#include "recording/truth.hpp"
 #include "temp_folder.hpp"
 
 namespace crane::test {
@@ -89,6 +90,31 @@ TEST_F(SilentInput, ImagesTooDarkToTellAnObstacleFromTheFloorAreNotMapped) {
   change_images([](std::uint8_t p) { return static_cast<std::uint8_t>((p + 8) / 16); });
   expect(map(), 4, "6 x too dark");
   EXPECT_EQ(report()["frames"]["integrated"], 0);
+}
+
+TEST_F(SilentInput, SixteenBitImagesNeedTheirDepthSaid) {
+  for (const char* camera : {"cam0", "cam1"})
+    for (const auto& entry : fs::directory_iterator(rig_ + "/" + camera + "/data")) {
+      const std::string path = entry.path();
+      const auto image = read_image(path, 1U << 20U);
+      ASSERT_TRUE(image);
+      HeightMap deep;  // only its 16-bit PNG is wanted
+      deep.columns = image->width;
+      deep.rows = image->height;
+      for (std::size_t i = 0; i < image->bytes.size(); i += image->channels)
+        deep.height_mm.push_back(static_cast<std::uint16_t>(16 * image->bytes[i]));
+      ASSERT_TRUE(write_height_map(folder_ / "deep.png", deep));
+      fs::rename(folder_ / "deep.png", path);  // told by its content
+    }
+  const Finished unsaid = map();
+  expect(unsaid, 2, "has 16 bits, and its sensor.yaml does not say how many of them count");
+  expect(unsaid, 2, "write 'bits: 12'");
+  for (const char* camera : {"cam0", "cam1"})
+    std::ofstream(rig_ + "/" + camera + "/sensor.yaml", std::ios::app) << "bits: 12\n";
+  const Finished said = map();
+  ASSERT_EQ(said.code, 0) << said.output;
+  EXPECT_EQ(report()["judgement"]["unsafe"], 0);
+  EXPECT_GE(report()["judgement"]["coverage"], 0.95);
 }
 
 TEST_F(SilentInput, FogIsNamed) {

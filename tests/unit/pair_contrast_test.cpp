@@ -85,6 +85,13 @@ TEST(PairContrast, RefusesWhatIsTooDarkInEitherImage) {
   EXPECT_EQ(flaw(good, dark), PairFlaw::kTooDark);
 }
 
+TEST(PairContrast, RefusesWhatIsWhiteWhereAnythingIsToBeSeen) {
+  const Exposure white{2, 45, 0}, good{1, 0, 1};
+  EXPECT_EQ(flaw(white, white), PairFlaw::kTooBright);
+  EXPECT_EQ(flaw({1.6, 0, 1}, {1.6, 0, 1}), std::nullopt) << "bright, but all is to be seen";
+  EXPECT_NE(flaw(white, good), std::nullopt);
+}
+
 TEST(PairContrast, RefusesFogAndOneGreyLevelAllOver) {
   const Exposure fog{0.0625, 140, 1}, plain{0, 140, 0}, almost{0, 140, 0.4};
   for (const Exposure& e : {fog, plain, almost}) {
