@@ -4,6 +4,7 @@
 #include "base/log.hpp"
 #include "commands.hpp"
 #include "output.hpp"
+#include "service/decimal_options.hpp"
 #include "service/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"
       "Each command has its own --help.");
+  crane::take_decimal_numbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
