@@ -63,8 +63,6 @@ const char* cause(PairFlaw flaw) {
       return "without contrast";
     case PairFlaw::kTooNoisy:
       return "too noisy";
-    case PairFlaw::kTooBright:
-      return "too bright";
   }
   return "";
 }
@@ -77,8 +75,6 @@ const char* advice(PairFlaw flaw) {
     case PairFlaw::kLeftSaturated:
     case PairFlaw::kRightSaturated:
       return "an image is saturated: shorten the exposure";
-    case PairFlaw::kTooBright:
-      return "the images are white where anything is to be seen: shorten the exposure";
     case PairFlaw::kLeftFrozen:
     case PairFlaw::kRightFrozen:
       return "a camera repeats its last image: restart it";

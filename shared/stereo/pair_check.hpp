@@ -20,7 +20,6 @@ enum class PairFlaw : std::uint8_t {
   kTooDark,     ///< what matches could as well match elsewhere, as below (pair_contrast.hpp)
   kNoContrast,  ///< fog, dust, a lens out of focus, a floor without any mark
   kTooNoisy,
-  kTooBright,  ///< not all white, but where anything is to be seen
 };
 
 /// In a few words for counters, and in a sentence with what to do.

@@ -102,8 +102,9 @@ PairContrast look_at_contrast(const GreyView& left, const GreyView& right,
 }
 
 std::optional<PairFlaw> flaw_of(const PairContrast& c) {
+  // kLeftSaturated: white in both, wherever anything is to be seen.
   const PairFlaw why = c.mean < kDark       ? PairFlaw::kTooDark
-                       : c.mean > kBright   ? PairFlaw::kTooBright
+                       : c.mean > kBright   ? PairFlaw::kLeftSaturated
                        : c.texture < kFaint ? PairFlaw::kNoContrast
                                             : PairFlaw::kTooNoisy;
   if (c.matched >= kEnough && c.distinct < kTrusted * c.matched) return why;

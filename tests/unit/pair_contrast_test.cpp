@@ -87,7 +87,7 @@ TEST(PairContrast, RefusesWhatIsTooDarkInEitherImage) {
 
 TEST(PairContrast, RefusesWhatIsWhiteWhereAnythingIsToBeSeen) {
   const Exposure white{2, 60, 0}, good{1, 0, 1};
-  EXPECT_EQ(flaw(white, white), PairFlaw::kTooBright);
+  EXPECT_EQ(flaw(white, white), PairFlaw::kLeftSaturated);
   EXPECT_EQ(flaw({1.6, 0, 1}, {1.6, 0, 1}), std::nullopt) << "bright, but all is to be seen";
   EXPECT_NE(flaw(white, good), std::nullopt);
 }
