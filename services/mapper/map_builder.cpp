@@ -183,8 +183,8 @@ MapBuilder::Placing MapBuilder::place(CloudSample& cloud, TimeNs now) {
   // eq. 5-7: translation only; the mount's tilt and height come from the calibration.
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
-  cloud.frame.T_map_rectified = Eigen::Translation3d(cart_m, trolley_m, 0) *
-                                rig_.T_map_camera_at_zero * T_left_rectified;
+  cloud.frame.T_map_rectified =
+      Eigen::Translation3d(cart_m, trolley_m, 0) * rig_.T_map_camera_at_zero * T_left_rectified;
   return Placing::kPlaced;
 }
 
