@@ -13,6 +13,7 @@
 #include "map_codec/octomap_file.hpp"
 #include "progress.hpp"
 #include "recording/recording.hpp"
+#include "result_folder.hpp"
 #include "run_report.hpp"
 #include "service/client_options.hpp"
 #include "service/play_clock.hpp"
@@ -90,17 +91,15 @@ class Run {
     auto recording = Recording::open(options_.recording);
     if (!recording) return recording.error();
     report_.frames = recording->frames().size();
-    std::error_code failed;
-    fs::create_directories(fs::path(options_.out) / "logs", failed);
-    if (!failed) fs::remove_all(fs::path(options_.out) / "state", failed);
+    auto folder = ResultFolder::claim(options_.out);
+    if (!folder) return folder.error();
+    folder_.emplace(std::move(*folder));
     std::ofstream effective(fs::path(options_.out) / "config.yaml");
     effective << to_yaml(config_);
     effective.close();
-    if (failed || !effective)
+    if (!effective)
       return Error{ErrorCode::kResource, options_.out, "cannot be written",
                    "give --out a folder on a disk with free space that you may write"};
-    for (const char* old : {"mapper", "stereo", "rangefinder", "camera"})
-      fs::remove(fs::path(options_.out) / "logs" / (std::string(old) + ".log"), failed);
     // Parsed back, so that what the services read is known to be good.
     if (auto again = parse_site_config(to_yaml(config_), "--config and options"); !again)
       return again.error();
@@ -124,7 +123,7 @@ class Run {
     stream_ = std::random_device{}() | 1U;
     if (auto r = services_->start("mapper",
                                   {"--config", config, "--calibration", options_.recording,
-                                   "--save", options_.out, "--state", options_.out + "/state"},
+                                   "--save", options_.out, "--state", folder_->state()},
                                   {});
         !r)
       return r;
@@ -250,9 +249,9 @@ class Run {
     } else if (report_.map.last_frame + 1 < report_.frames) {
       report_.map.frames_missing += report_.frames - report_.map.last_frame - 1;
     }
-    std::error_code ignored;
-    fs::remove_all(fs::path(options_.out) / "state", ignored);
-    return write_results(grid);
+    auto written = write_results(grid);
+    folder_->finish();
+    return written;
   }
 
   Result<void> write_results(const client::HeightGrid& grid) {
@@ -298,6 +297,7 @@ class Run {
   }
 
   const Options& options_;
+  std::optional<ResultFolder> folder_;
   SiteConfig config_;
   PlayRate rate_;
   int mapper_kills_ = 0;

@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <set>
+#include <vector>
 
 #include "bounds.h"
+#include "geometry/simple_polygon.hpp"
 
 namespace crane::dds {
 namespace {
@@ -40,6 +43,10 @@ const char* zone_flaw(const v1::Zone& z, bool whole) {
   if (z.kind() != v1::ZONE_NO_GO && z.kind() != v1::ZONE_SLOW_DOWN) return "unknown kind of zone";
   if (z.corners().size() < 3) return "a zone has fewer than three corners";
   if (!(z.z_min_m() < z.z_max_m())) return "a zone has no height";
+  std::vector<Corner> outline;
+  for (const v1::ZoneCorner& c : z.corners()) outline.push_back({c.x_m(), c.y_m()});
+  if (!polygon_flaw(outline).empty())
+    return "a zone's edges cross or touch, or it has no area: name its corners in their order";
   return nullptr;
 }
 
@@ -131,8 +138,11 @@ const char* flaw(const v1::TileRequest& s) {
 
 const char* flaw(const v1::ZoneSet& s) {
   if (s.zones().size() > v1::MAX_ZONES) return "too many zones";
-  for (const v1::Zone& zone : s.zones())
+  std::set<std::uint32_t> ids;
+  for (const v1::Zone& zone : s.zones()) {
     if (const char* what = zone_flaw(zone, true)) return what;
+    if (!ids.insert(zone.id()).second) return "two zones have the same id";
+  }
   return nullptr;
 }
 

@@ -207,7 +207,7 @@ Eigen::Isometry3d MappingPipeline::T_map_rectified(const CloudSample& cloud,
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
   return Eigen::Translation3d(gantry_m.x(), gantry_m.y(), 0) * rig_.T_map_camera_at_zero *
-         rig_.T_body_left * T_left_rectified;
+         T_left_rectified;
 }
 
 void MappingPipeline::cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m) {

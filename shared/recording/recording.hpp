@@ -27,7 +27,8 @@ struct RecordedDistance {
 class Recording {
  public:
   /// Reads and checks everything but the pixels: calibration, equal left and right counts, pairs
-  /// within 5 ms, increasing times. Error: Configuration or BadData; files and lines are named.
+  /// within 5 ms, increasing times of one clock. Error: Configuration or BadData; files and lines
+  /// are named.
   static Result<Recording> open(const std::string& folder);
 
   [[nodiscard]] const std::string& folder() const { return folder_; }

@@ -10,6 +10,7 @@
 #include "stereo/disparity_support.hpp"
 #include "stereo/evidence.hpp"
 #include "stereo/near_field.hpp"
+#include "stereo/pair_contrast.hpp"
 #include "stereo/repetition.hpp"
 #include "stereo/semi_global.hpp"
 
@@ -24,6 +25,7 @@ constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
+constexpr double kRowsApart = 0.7;        ///< [px]; as cranemap-stereo warns from
 constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Mat intrinsics(const CameraModel& c) {
@@ -276,8 +278,13 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     }
     if (!m.settings.paper && !report.flaw) {
       report.row_error_px = row_error_px(view(m.left), view(m.right), disparity);
-      if (report.matched < kMinMatched * double(pixels)) {
+      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowsApart;
+      if (rows_fit)  // else that is the reason, and is said
+        report.flaw =
+            flaw_of(look_at_contrast(view(m.left), view(m.right), disparity, first_valid));
+      if (!report.flaw && report.matched < kMinMatched * double(pixels))
         report.flaw = PairFlaw::kNoOverlap;
+      if (report.flaw) {
         report.matched = 0;
         std::fill(out.depth_m.begin(), out.depth_m.end(), 0.0F);
         std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});
