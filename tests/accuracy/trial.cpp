@@ -133,8 +133,8 @@ void for_each_known(const OccupancyMap& map, Fn fn) {
 }
 
 Result<void> judge_map(const OccupancyMap& map, const Recording& recording, const Scene& scene,
-                       Outcome& out) {
-  auto truth = read_height_map(recording.folder() + "/truth/height_map.png");
+                       std::size_t queries, Outcome& out) {
+  auto truth = read_truth(recording.folder() + "/truth");
   if (!truth) return truth.error();
   std::uint64_t wrong = 0;
   for_each_known(map, [&](Occupancy class_, double x, double y, double z) {
@@ -149,7 +149,10 @@ Result<void> judge_map(const OccupancyMap& map, const Recording& recording, cons
         }))
       ++wrong;
   });
-  out.judgement = judge(out.occupied, map.voxel_m(), *truth);
+  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {queries, 1});
+  out.judgement = evaluation.columns;
+  out.cells = std::move(evaluation.cells);
+  out.clearance = std::move(evaluation.clearance);
   if (out.free_voxels > 0) out.free_precision = 1 - double(wrong) / double(out.free_voxels);
   return {};
 }
@@ -248,7 +251,8 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   out.heights = measure(out.grid, obstacles);
   for (const TrueObstacle& o : obstacles)
     if (o.kind != "chair") out.offset_m = std::max(out.offset_m, offset_of(o, out.grid));
-  if (auto judged = judge_map(builder.map(), recording, scene, out); !judged) return judged.error();
+  if (auto judged = judge_map(builder.map(), recording, scene, method.queries, out); !judged)
+    return judged.error();
   if (auto sized = measure_files(builder, recording.folder(), out); !sized) return sized.error();
   return out;
 }

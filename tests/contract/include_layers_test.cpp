@@ -39,15 +39,17 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
-    {"shared/mapping", {{"base", "geometry", "cloud", "recording"}, {"eigen", "hwy"}}},
+    {"shared/mapping", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
     {"shared/dds", {{"base"}, {"fastdds", "fastrtps", "openssl"}}},
     {"shared/service", {{"base", "config", "dds", "client"}, {"cli", "http", "systemd"}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
+    {"shared/evaluation",
+     {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
      {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping", "map_codec",
-       "dds", "service", "client"},
+       "dds", "service", "client", "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 
