@@ -27,6 +27,25 @@ const std::array<Kind, 7> kKinds = {{{CellVerdict::kFound, "found", {60, 170, 40
                                      {CellVerdict::kBare, "floor, nothing", {190, 190, 200}}}};
 const cv::Vec3b kPhantom(255, 0, 255), kNoTruth(255, 255, 255);
 
+/// Cells that anybody saw, with a little around them.
+struct Part {
+  int column0 = 0, column1 = 0, row0 = 0, row1 = 0;
+};
+
+Part seen_part(const HeightMap& h) {
+  constexpr int kAround = 20;
+  Part part{int(h.columns), 0, int(h.rows), 0};
+  for (std::size_t cell = 0; cell < h.height_mm.size(); ++cell) {
+    if (!h.seen(cell)) continue;
+    const int c = int(cell % h.columns), r = int(cell / h.columns);
+    part.column0 = std::min(part.column0, c), part.column1 = std::max(part.column1, c + 1);
+    part.row0 = std::min(part.row0, r), part.row1 = std::max(part.row1, r + 1);
+  }
+  if (part.column1 == 0) return {0, int(h.columns), 0, int(h.rows)};
+  return {std::max(0, part.column0 - kAround), std::min(int(h.columns), part.column1 + kAround),
+          std::max(0, part.row0 - kAround), std::min(int(h.rows), part.row1 + kAround)};
+}
+
 int rank(const Evaluation& e, std::size_t cell) {
   const CellVerdict v = e.cells.verdicts[cell];
   return e.cells.phantom[cell] != 0 && v < CellVerdict::kCleared ? 100 : int(v);
@@ -49,21 +68,25 @@ Result<void> draw_judgement(const std::string& png_path, const TrueSolids& truth
                             const Evaluation& e, const std::string& title) {
   const HeightMap& h = truth.heights;
   // A pixel is some cells: it shows the worst of them, so that no thin thing is lost.
-  const int step = std::max(1, int(h.columns) / kWidth);
-  const int width = int(h.columns) / step, height = int(h.rows) / step;
+  const Part part = seen_part(h);
+  const int columns = part.column1 - part.column0;
+  const int step = std::max(1, columns / kWidth);
+  const int width = columns / step, height = (part.row1 - part.row0) / step;
+  const double x0_m = h.origin_x_m + part.column0 * h.cell_m;
+  const double y0_m = h.origin_y_m + part.row0 * h.cell_m;
   cv::Mat image(height + kTop + kBottom, width + kLeft + kRight, CV_8UC3, cv::Scalar::all(255));
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       int worst = 0;
       for (int q = 0; q < step; ++q)
         for (int p = 0; p < step; ++p)
-          worst = std::max(
-              worst, rank(e, std::size_t(y * step + q) * h.columns + std::size_t(x * step + p)));
+          worst = std::max(worst, rank(e, std::size_t(part.row0 + y * step + q) * h.columns +
+                                              std::size_t(part.column0 + x * step + p)));
       image.at<cv::Vec3b>(kTop + height - 1 - y, kLeft + x) = colour_of(worst);
     }
   const auto pixel = [&](double x_m, double y_m) {
-    return cv::Point(kLeft + int((x_m - h.origin_x_m) / h.cell_m / step),
-                     kTop + height - 1 - int((y_m - h.origin_y_m) / h.cell_m / step));
+    return cv::Point(kLeft + int((x_m - x0_m) / h.cell_m / step),
+                     kTop + height - 1 - int((y_m - y0_m) / h.cell_m / step));
   };
   if (e.cells.all.cleared > 0)
     cv::circle(image, pixel(e.cells.worst_x_m, e.cells.worst_y_m), 18, {0, 0, 235}, 2, cv::LINE_AA);
@@ -73,12 +96,10 @@ Result<void> draw_judgement(const std::string& png_path, const TrueSolids& truth
   cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
   const double metre = 1 / (h.cell_m * step);
   const double tick = metre > 40 ? 1 : metre > 12 ? 2 : 10;
-  for (double x = std::ceil(h.origin_x_m / tick) * tick; x < h.origin_x_m + width / metre;
-       x += tick)
-    write(image, cv::format("%.0f", x), {pixel(x, h.origin_y_m).x - 4, kTop + height + 18});
-  for (double y = std::ceil(h.origin_y_m / tick) * tick; y < h.origin_y_m + height / metre;
-       y += tick)
-    write(image, cv::format("%.0f", y), {18, pixel(h.origin_x_m, y).y + 5});
+  for (double x = std::ceil(x0_m / tick) * tick; x < x0_m + width / metre; x += tick)
+    write(image, cv::format("%.0f", x + 0.0), {pixel(x, y0_m).x - 4, kTop + height + 18});
+  for (double y = std::ceil(y0_m / tick) * tick; y < y0_m + height / metre; y += tick)
+    write(image, cv::format("%.0f", y + 0.0), {18, pixel(x0_m, y).y + 5});
   write(image, "x [m]", {kLeft + width / 2, kTop + height + 34});
   write(image, "y [m]", {8, kTop - 8});
   write(image, title, {kLeft, 22}, 0.55);

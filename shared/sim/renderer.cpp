@@ -7,9 +7,13 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <thread>
 
 #include "sim/meshes.hpp"
+#include "sim/noise.hpp"
+#include "sim/sensor.hpp"
+#include "sim/surface.hpp"
 
 namespace crane {
 namespace {
@@ -18,64 +22,8 @@ using Eigen::Vector3f;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr double kFloorHalf = 2000;
 
-std::uint64_t mix(std::uint64_t h) {
-  h = (h ^ (h >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-  h = (h ^ (h >> 27U)) * 0x94D049BB133111EBULL;
-  return h ^ (h >> 31U);
-}
-
-/// 0..1, the same for the same number everywhere.
-float uniform(std::uint64_t h) {
-  return float(mix(h) >> 40U) * (1.0F / 16'777'216.0F);
-}
-
-/// Box-Muller; one value is enough.
-float gaussian(std::uint64_t h) {
-  const float u = std::max(uniform(h), 1e-7F);
-  return std::sqrt(-2 * std::log(u)) * std::cos(6.2831853F * uniform(h ^ 0x9E3779B97F4A7C15ULL));
-}
-
-float lattice(int x, int y, int z, std::uint64_t seed) {
-  return uniform(seed + std::uint64_t(std::uint32_t(x)) * 0x8DA6B343ULL +
-                 std::uint64_t(std::uint32_t(y)) * 0xD8163841ULL * 65'537ULL +
-                 std::uint64_t(std::uint32_t(z)) * 0xCB1AB31FULL * 257ULL);
-}
-
-/// Smoothly interpolated noise, 0..1.
-float value_noise(const Vector3f& p, std::uint64_t seed) {
-  const Vector3f base = p.array().floor();
-  const Vector3f f = p - base;
-  const Vector3f s = f.array() * f.array() * (3.0F - 2.0F * f.array());
-  const int x = int(base.x());
-  const int y = int(base.y());
-  const int z = int(base.z());
-  const auto line = [&](int dy, int dz) {
-    const float a = lattice(x, y + dy, z + dz, seed);
-    return a + s.x() * (lattice(x + 1, y + dy, z + dz, seed) - a);
-  };
-  const auto plane = [&](int dz) {
-    const float a = line(0, dz);
-    return a + s.y() * (line(1, dz) - a);
-  };
-  const float a = plane(0);
-  return a + s.z() * (plane(1) - a);
-}
-
-/// Three octaves, -1..1.
-float texture(const Vector3f& p, float grain_m, std::uint64_t seed) {
-  float sum = 0;
-  float weight = 1;
-  float scale = 1 / grain_m;
-  for (int octave = 0; octave < 3; ++octave) {
-    sum += weight * (2 * value_noise(p * scale, seed + std::uint64_t(octave) * 7919) - 1);
-    weight *= 0.6F;
-    scale *= 2.1F;
-  }
-  return std::clamp(sum, -1.0F, 1.0F);
-}
-
 /// Unit rays of all sub-pixels, in the camera frame; the lens is inverted by fixed-point steps.
-std::vector<Vector3f> camera_rays(const CameraModel& c, int samples) {
+std::vector<Vector3f> camera_rays(const CameraModel& c, int samples, const Sensor* dirt = nullptr) {
   std::vector<Vector3f> rays;
   rays.reserve(std::size_t(c.width) * c.height * std::size_t(samples));
   const int side = std::max(1, int(std::lround(std::sqrt(samples))));
@@ -88,8 +36,14 @@ std::vector<Vector3f> camera_rays(const CameraModel& c, int samples) {
         const double dv = samples == 1   ? 0
                           : samples == 2 ? (s == 0 ? -0.25 : 0.25)
                                          : (s / side % side + 0.5) / side - 0.5;
-        const double xd = (u + du - c.cx_px) / c.fx_px;
-        const double yd = (v + dv - c.cy_px) / c.fy_px;
+        double at_u = u + du;
+        double at_v = v + dv;
+        if (dirt != nullptr && dirt->bends()) {
+          const Eigen::Vector2f bent = dirt->looks_at(float(at_u), float(at_v));
+          at_u = bent.x(), at_v = bent.y();
+        }
+        const double xd = (at_u - c.cx_px) / c.fx_px;
+        const double yd = (at_v - c.cy_px) / c.fy_px;
         double x = xd;
         double y = yd;
         for (int i = 0; i < 20; ++i) {
@@ -112,9 +66,8 @@ void parallel_rows(int rows, const std::function<void(int)>& work) {
     });
 }
 
-float to_srgb(float linear) {
-  const float c = std::clamp(linear, 0.0F, 1.0F);
-  return c <= 0.0031308F ? 12.92F * c : 1.055F * std::pow(c, 1 / 2.4F) - 0.055F;
+float brightness(const Vector3f& light) {
+  return 0.2126F * light.x() + 0.7152F * light.y() + 0.0722F * light.z();
 }
 
 }  // namespace
@@ -124,7 +77,27 @@ struct Renderer::Impl {
   RTCDevice device = nullptr;
   RTCScene geometry = nullptr;
   std::map<unsigned, const Material*> materials;  ///< by Embree geometry id
+  std::map<unsigned, Vector3f> origins;           ///< of textures that moved, likewise
+  bool any_glass = false;
+  Sensor left_sensor, right_sensor;
   std::vector<Vector3f> left_rays, right_rays;
+
+  explicit Impl(const Scene& of)
+      : scene(of),
+        left_sensor(of.camera, true, of.seed),
+        right_sensor(of.camera, false, of.seed),
+        left_rays(camera_rays(of.camera.rig.left, of.camera.samples, &left_sensor)),
+        right_rays(camera_rays(of.camera.rig.right, of.camera.samples, &right_sensor)) {}
+
+  /// Where cart and trolley are, and when.
+  struct Moment {
+    double cart_m = 0, trolley_m = 0, seconds = 0;
+  };
+  /// Linear light of every pixel, before the sensor.
+  [[nodiscard]] std::vector<Vector3f> light(bool left, const Moment& moment) const;
+  [[nodiscard]] std::uint64_t noise_seed(bool left, std::uint64_t frame) const {
+    return mix(scene.seed * 31 + frame * 2 + (left ? 1 : 0)) << 24U;
+  }
 
   void add(const Mesh& mesh, const Material& material, unsigned id) {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -178,18 +151,84 @@ struct Renderer::Impl {
     r.tnear = 1e-3F;
     r.tfar = 0.999F;
     r.mask = ~0U;
+    if (any_glass) return blocked_by_opaque(from, d);
     rtcOccluded1(geometry, &context, &r);
     return r.tfar < 0;
   }
 
-  /// Linear light from a surface point towards the eye.
-  [[nodiscard]] Vector3f shade(const Vector3f& p, const Vector3f& to_eye, const Hit& hit) const {
+  /// The same where light passes through glass.
+  [[nodiscard]] bool blocked_by_opaque(Vector3f from, const Vector3f& way) const {
+    constexpr int kMostPanes = 16;
+    constexpr float kStep = 1e-3F, kLetsThrough = 0.3F;
+    float left_m = way.norm();
+    const Vector3f direction = way / left_m;
+    for (int pane = 0; pane < kMostPanes; ++pane) {
+      from += kStep * direction;
+      left_m -= kStep;
+      const Hit hit = trace(from, direction);
+      if (hit.distance >= 0.999F * left_m) return false;
+      if (materials.at(hit.id)->glass < kLetsThrough) return true;
+      from += hit.distance * direction;
+      left_m -= hit.distance;
+    }
+    return true;
+  }
+
+  /// What a mirror shows where the scene ends: the ceiling with its lamps.
+  [[nodiscard]] Vector3f ceiling(const Vector3f& eye, const Vector3f& direction,
+                                 double seconds) const {
+    constexpr float kShining = 10;
+    Vector3f out = Vector3f::Ones() * float(ambient(seconds));
+    if (direction.z() <= 0.01F) return out;
+    for (const Lamp& lamp : scene.lamps) {
+      const Vector3f centre = lamp.centre.cast<float>();
+      const Vector3f at = eye + direction * ((centre.z() - eye.z()) / direction.z());
+      if (is_on(lamp, seconds) && std::abs(at.x() - centre.x()) < lamp.size_x_m / 2 &&
+          std::abs(at.y() - centre.y()) < lamp.size_y_m / 2)
+        out += Vector3f::Ones() * (kShining * float(lamp.power));
+    }
+    return out;
+  }
+
+  /// Light that comes to the eye from a direction, by way of mirrors and through glass.
+  [[nodiscard]] Vector3f look(const Vector3f& eye, const Vector3f& direction, double seconds,
+                              int depth) const {
+    constexpr int kDeepest = 4;
+    constexpr float kOff = 1e-3F;
+    const Hit hit = trace(eye, direction);
+    if (hit.distance == kFar)
+      return depth == 0 ? Vector3f(Vector3f::Zero()) : ceiling(eye, direction, seconds);
+    const Vector3f p = eye + direction * hit.distance;
     const Material& m = *materials.at(hit.id);
-    Vector3f albedo = m.colour;
-    if (m.texture > 0)
-      albedo *= 1 + float(m.texture) * texture(p, float(m.grain_m), scene.seed * 1000 + hit.id);
-    albedo = albedo.cwiseMax(0.005F);
-    Vector3f light = albedo * float(scene.ambient);
+    if (m.mirror <= 0 && m.glass <= 0) return shade(p, -direction, hit, seconds);
+    Vector3f out = float(1 - m.mirror - m.glass) * shade(p, -direction, hit, seconds);
+    if (depth == kDeepest) return out;
+    if (m.mirror > 0)
+      out += float(m.mirror) * look(p + hit.normal * kOff,
+                                    direction - 2 * direction.dot(hit.normal) * hit.normal, seconds,
+                                    depth + 1);
+    if (m.glass > 0)
+      out += float(m.glass) * look(p + direction * kOff, direction, seconds, depth + 1);
+    return out;
+  }
+
+  static bool is_on(const Lamp& lamp, double seconds) {
+    return seconds >= lamp.from_s && seconds < lamp.until_s;
+  }
+  [[nodiscard]] double ambient(double seconds) const {
+    const Daylight& d = scene.daylight;
+    if (d.swing <= 0) return scene.ambient;
+    return scene.ambient * (1 + d.swing * std::sin(2 * std::numbers::pi * seconds / d.period_s));
+  }
+
+  /// Linear light from a surface point towards the eye.
+  [[nodiscard]] Vector3f shade(const Vector3f& p, const Vector3f& to_eye, const Hit& hit,
+                               double seconds) const {
+    const Material& m = *materials.at(hit.id);
+    const auto moved = origins.find(hit.id);
+    const Vector3f albedo = albedo_at(m, moved == origins.end() ? p : Vector3f(p - moved->second),
+                                      hit.normal, scene.seed * 1000 + hit.id);
+    Vector3f light = albedo * float(ambient(seconds));
     const Vector3f from = p + hit.normal * 1e-3F;
     // Which point of a lamp lights a point depends on the point alone: the grain of a penumbra then
     // lies on the surface, and both cameras see the same.
@@ -201,6 +240,7 @@ struct Renderer::Impl {
         scene.seed;
     for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
       const Lamp& lamp = scene.lamps[i];
+      if (!is_on(lamp, seconds)) continue;
       const Vector3f centre = lamp.centre.cast<float>();
       const float half_x = 0.5F * float(lamp.size_x_m);
       const float half_y = 0.5F * float(lamp.size_y_m);
@@ -227,9 +267,22 @@ struct Renderer::Impl {
     return light;
   }
 
-  [[nodiscard]] Eigen::Isometry3f T_map_camera(bool left, double cart, double trolley) const {
+  /// `later` than the moment: what moves has moved on.
+  [[nodiscard]] Eigen::Isometry3f T_map_camera(bool left, const Moment& moment,
+                                               double later = 0) const {
     const StereoRig& rig = scene.camera.rig;
-    const Eigen::Isometry3d T = Eigen::Translation3d(cart, trolley, 0) * rig.T_map_camera_at_zero *
+    Eigen::Vector2d at(moment.cart_m, moment.trolley_m);
+    if (later != 0 && scene.motion.continuous)
+      at +=
+          gantry_at(scene.motion, moment.seconds + later) - gantry_at(scene.motion, moment.seconds);
+    Eigen::Isometry3d mount = rig.T_map_camera_at_zero;
+    if (scene.untold.any()) {
+      // Turned about the mount's own place, not about the floor below it.
+      const Eigen::Isometry3d moved = untold_at(scene.untold, at, moment.seconds + later);
+      mount.linear() = moved.linear() * mount.linear();
+      mount.translation() += moved.translation();
+    }
+    const Eigen::Isometry3d T = Eigen::Translation3d(at.x(), at.y(), 0) * mount *
                                 (left ? rig.T_body_left : rig.T_body_right);
     return T.cast<float>();
   }
@@ -240,13 +293,12 @@ struct Renderer::Impl {
   }
 };
 
-Renderer::Renderer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
-  impl_->scene = scene;
+Renderer::Renderer(const Scene& scene) : impl_(std::make_unique<Impl>(scene)) {
   impl_->device = rtcNewDevice("threads=1");
   expects(impl_->device != nullptr, "Embree starts");
+  for (const auto& [name, material] : impl_->scene.materials)
+    impl_->any_glass |= material.glass > 0;
   show(obstacles_at(scene, 0));
-  impl_->left_rays = camera_rays(scene.camera.rig.left, scene.camera.samples);
-  impl_->right_rays = camera_rays(scene.camera.rig.right, scene.camera.samples);
 }
 
 void Renderer::show(const std::vector<std::optional<SceneObstacle>>& obstacles) {
@@ -255,61 +307,104 @@ void Renderer::show(const std::vector<std::optional<SceneObstacle>>& obstacles) 
   m.geometry = rtcNewScene(m.device);
   rtcSetSceneFlags(m.geometry, RTC_SCENE_FLAG_ROBUST);
   m.materials.clear();
-  m.add(floor_mesh(kFloorHalf), m.scene.materials.at(m.scene.floor_material), 0);
-  for (std::size_t i = 0; i < obstacles.size(); ++i)
-    if (obstacles[i])
-      m.add(mesh_of(*obstacles[i]), m.scene.materials.at(obstacles[i]->material),
-            static_cast<unsigned>(i + 1));
+  m.origins.clear();
+  m.add(floor_mesh(kFloorHalf, m.scene.pits), m.scene.materials.at(m.scene.floor_material), 0);
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    if (!obstacles[i]) continue;
+    const auto id = static_cast<unsigned>(i + 1);
+    m.add(mesh_of(*obstacles[i]), m.scene.materials.at(obstacles[i]->material), id);
+    if (!obstacles[i]->texture_origin.isZero()) m.origins[id] = obstacles[i]->texture_origin;
+  }
   rtcCommitScene(m.geometry);
 }
 
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-Image Renderer::render(bool left, double cart_m, double trolley_m, std::uint64_t frame) const {
-  const Impl& m = *impl_;
-  const CameraModel& camera = left ? m.scene.camera.rig.left : m.scene.camera.rig.right;
-  const std::vector<Vector3f>& rays = left ? m.left_rays : m.right_rays;
-  const Eigen::Isometry3f T = m.T_map_camera(left, cart_m, trolley_m);
-  const Vector3f eye = T.translation();
-  const int samples = m.scene.camera.samples;
-  Image image{camera.width, camera.height, m.scene.camera.colour ? 3U : 1U, {}};
-  image.bytes.resize(std::size_t(image.width) * image.height * image.channels);
-  const std::uint64_t seed = mix(m.scene.seed * 31 + frame * 2 + (left ? 1 : 0)) << 24U;
+std::vector<Vector3f> Renderer::Impl::light(bool left, const Moment& moment) const {
+  const CameraModel& camera = left ? scene.camera.rig.left : scene.camera.rig.right;
+  const std::vector<Vector3f>& rays = left ? left_rays : right_rays;
+  const Sensor& sensor = left ? left_sensor : right_sensor;
+  const int samples = scene.camera.samples;
+  // While the pixels of a row collect light, the camera moves.
+  constexpr int kMoments = 8;
+  const int moments = scene.camera.exposure_s > 0 ? kMoments : 1;
+  std::vector<Vector3f> out(std::size_t(camera.width) * camera.height);
   parallel_rows(int(camera.height), [&](int row) {
+    std::vector<Eigen::Isometry3f> poses;
+    std::vector<double> times;
+    for (int i = 0; i < moments; ++i) {
+      const double exposed =
+          moments > 1 ? ((i + 0.5) / moments - 0.5) * scene.camera.exposure_s : 0;
+      const double read = (double(row) / camera.height - 0.5) * scene.camera.readout_s;
+      times.push_back(moment.seconds + exposed + read);
+      poses.push_back(T_map_camera(left, moment, exposed + read));
+    }
     for (std::uint32_t u = 0; u < camera.width; ++u) {
       const std::size_t pixel = std::size_t(row) * camera.width + u;
-      Vector3f light = Vector3f::Zero();
+      Vector3f sum = Vector3f::Zero();
       for (int s = 0; s < samples; ++s) {
         const std::size_t index = pixel * std::size_t(samples) + std::size_t(s);
-        const Vector3f direction = (T.linear() * rays[index]).normalized();
-        const Impl::Hit hit = m.trace(eye, direction);
-        if (hit.distance < kFar) light += m.shade(eye + direction * hit.distance, -direction, hit);
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+          const Vector3f direction = (poses[i].linear() * rays[index]).normalized();
+          sum += look(poses[i].translation(), direction, times[i], 0);
+        }
       }
-      light *= float(m.scene.camera.exposure) / float(samples);
+      sum *= float(scene.camera.exposure) / float(samples * moments);
+      if (!left && scene.camera.exposure_right != 1) sum *= float(scene.camera.exposure_right);
+      if (sensor.dims()) sum *= sensor.gain_at(u, static_cast<std::uint32_t>(row));
+      out[pixel] = sum;
+    }
+  });
+  return out;
+}
+
+Image Renderer::render(bool left, double cart_m, double trolley_m, std::uint64_t frame,
+                       double seconds) const {
+  const Impl& m = *impl_;
+  const CameraModel& camera = left ? m.scene.camera.rig.left : m.scene.camera.rig.right;
+  const Sensor& sensor = left ? m.left_sensor : m.right_sensor;
+  const std::vector<Vector3f> light = m.light(left, {cart_m, trolley_m, seconds});
+  Image image{camera.width, camera.height, m.scene.camera.colour ? 3U : 1U, {}};
+  image.bytes.resize(light.size() * image.channels);
+  const std::uint64_t seed = m.noise_seed(left, frame);
+  parallel_rows(int(camera.height), [&](int row) {
+    for (std::size_t pixel = std::size_t(row) * camera.width;
+         pixel < std::size_t(row + 1) * camera.width; ++pixel) {
       const auto level = [&](float linear, std::uint64_t channel) {
-        const float grey = 255 * to_srgb(linear) +
-                           float(m.scene.camera.noise_grey) * gaussian(seed + pixel * 4 + channel);
-        return static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L));
+        return static_cast<std::uint8_t>(sensor.level(linear, seed + pixel * 4 + channel));
       };
+      const Vector3f& l = light[pixel];
       std::uint8_t* out = image.bytes.data() + pixel * image.channels;
       if (image.channels == 1) {
-        out[0] = level(0.2126F * light.x() + 0.7152F * light.y() + 0.0722F * light.z(), 0);
+        out[0] = level(brightness(l), 0);
       } else {
-        out[0] = level(light.z(), 0);
-        out[1] = level(light.y(), 1);
-        out[2] = level(light.x(), 2);
+        out[0] = level(l.z(), 0);
+        out[1] = level(l.y(), 1);
+        out[2] = level(l.x(), 2);
       }
     }
   });
   return image;
 }
 
-std::vector<float> Renderer::depth(double cart_m, double trolley_m) const {
+std::vector<std::uint16_t> Renderer::render_deep(bool left, double cart_m, double trolley_m,
+                                                 std::uint64_t frame, double seconds) const {
+  const Impl& m = *impl_;
+  const Sensor& sensor = left ? m.left_sensor : m.right_sensor;
+  const std::vector<Vector3f> light = m.light(left, {cart_m, trolley_m, seconds});
+  const std::uint64_t seed = m.noise_seed(left, frame);
+  std::vector<std::uint16_t> out(light.size());
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = static_cast<std::uint16_t>(sensor.level(brightness(light[i]), seed + i * 4));
+  return out;
+}
+
+std::vector<float> Renderer::depth(double cart_m, double trolley_m, double seconds) const {
   const Impl& m = *impl_;
   const CameraModel& camera = m.scene.camera.rig.left;
   const std::vector<Vector3f> rays = camera_rays(camera, 1);
-  const Eigen::Isometry3f T = m.T_map_camera(true, cart_m, trolley_m);
+  const Eigen::Isometry3f T = m.T_map_camera(true, {cart_m, trolley_m, seconds});
   std::vector<float> out(rays.size());
   parallel_rows(int(camera.height), [&](int row) {
     for (std::uint32_t u = 0; u < camera.width; ++u) {
@@ -329,7 +424,7 @@ double Renderer::height_m(double x_m, double y_m) const {
 }
 
 bool Renderer::sees(double cart_m, double trolley_m, const Eigen::Vector3d& p_map) const {
-  const Eigen::Isometry3f T = impl_->T_map_camera(true, cart_m, trolley_m);
+  const Eigen::Isometry3f T = impl_->T_map_camera(true, {cart_m, trolley_m, 0});
   const CameraModel& c = impl_->scene.camera.rig.left;
   const Vector3f p = T.inverse() * p_map.cast<float>();
   if (p.z() <= 0.05F) return false;

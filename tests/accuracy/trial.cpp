@@ -133,7 +133,7 @@ void for_each_known(const OccupancyMap& map, Fn fn) {
 }
 
 Result<void> judge_map(const OccupancyMap& map, const Recording& recording, const Scene& scene,
-                       std::size_t queries, Outcome& out) {
+                       const Method& method, Outcome& out) {
   auto truth = read_truth(recording.folder() + "/truth");
   if (!truth) return truth.error();
   std::uint64_t wrong = 0;
@@ -143,13 +143,14 @@ Result<void> judge_map(const OccupancyMap& map, const Recording& recording, cons
       return;
     }
     ++out.free_voxels;
+    if (!method.free_precision) return;
     if (z < 0 ||
         std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [&](const SceneObstacle& o) {
           return inside(o, {x, y, z});
         }))
       ++wrong;
   });
-  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {queries, 1});
+  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {method.queries, 1});
   out.judgement = evaluation.columns;
   out.cells = std::move(evaluation.cells);
   out.clearance = std::move(evaluation.clearance);
@@ -251,7 +252,7 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   out.heights = measure(out.grid, obstacles);
   for (const TrueObstacle& o : obstacles)
     if (o.kind != "chair") out.offset_m = std::max(out.offset_m, offset_of(o, out.grid));
-  if (auto judged = judge_map(builder.map(), recording, scene, method.queries, out); !judged)
+  if (auto judged = judge_map(builder.map(), recording, scene, method, out); !judged)
     return judged.error();
   if (auto sized = measure_files(builder, recording.folder(), out); !sized) return sized.error();
   return out;

@@ -22,6 +22,7 @@ struct Method {
   /// Told of the map after each frame.
   std::function<void(std::size_t frame, const OccupancyMap& map)> watch;
   bool nearest_position = false;  ///< the rangefinders' nearest reading, not interpolated
+  bool free_precision = true;     ///< judge every free voxel too
   std::size_t queries = 0;        ///< random clearance queries against the truth
   bool voxel_tops = false;        ///< heights as they are read off an octree: tops of voxels
 };

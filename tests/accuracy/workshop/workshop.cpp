@@ -1,0 +1,123 @@
+#include "workshop.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "base/stage_times.hpp"
+
+namespace crane::accuracy {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Why stands in each scene's own comment; figures in the table that ./run writes.
+constexpr std::array<const char*, 1> kKnownShort = {""};
+
+std::map<std::string, double> shares_of(const CellCounts& c) {
+  return {{"found", c.share(c.found)},
+          {"unknown", c.share(c.unknown)},
+          {"low", c.share(c.low)},
+          {"cleared", c.share(c.cleared)},
+          {"hollow", c.share(c.hollow)}};
+}
+
+double height_error_m(const std::vector<ObstacleHeight>& heights, const std::string& name) {
+  double worst = 0;  // unknown is no error
+  for (const ObstacleHeight& h : heights)
+    if (h.columns > 0 && h.level() && (name.empty() || h.name == name))
+      worst = std::max(worst, std::abs(h.measured_m - h.true_m));
+  return worst;
+}
+
+/// Everything that a bound may speak of; of one obstacle when `name` is given.
+std::map<std::string, double> quantities(const WorkshopResult& r, const std::string& name) {
+  const CellJudgement& cells = r.outcome.cells;
+  std::map<std::string, double> out;
+  if (name.empty()) {
+    out = shares_of(cells.all);
+    out["coverage"] = r.outcome.judgement.coverage;
+    out["unsafe"] = r.outcome.judgement.unsafe;
+    out["phantom"] = r.outcome.judgement.phantom;
+    out["wrong_clear"] = double(r.outcome.clearance.wrong_clear);
+    out["frames_used"] = double(r.outcome.frames);
+  } else {
+    for (const CellCounts& o : cells.obstacles)
+      if (o.name == name && o.solid > 0) out = shares_of(o);
+    if (out.empty()) return out;
+  }
+  out["height_error_m"] = height_error_m(r.heights, name);
+  return out;
+}
+
+std::string number(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", v);
+  return text;
+}
+
+void compare(const SceneBound::Limits& limits, WorkshopResult& r) {
+  const std::map<std::string, double> is = quantities(r, limits.obstacle);
+  const std::string of = limits.obstacle.empty() ? "" : limits.obstacle + ": ";
+  const auto check = [&](const std::map<std::string, double>& bounds, bool least) {
+    for (const auto& [quantity, bound] : bounds) {
+      const auto at = is.find(quantity);
+      if (at == is.end())
+        r.short_of.push_back(of + quantity + " was not judged");
+      else if (least ? !(at->second >= bound) : !(at->second <= bound))
+        r.short_of.push_back(of + quantity + " " + number(at->second) + (least ? " < " : " > ") +
+                             number(bound));
+    }
+  };
+  check(limits.least, true);
+  check(limits.most, false);
+}
+
+}  // namespace
+
+bool is_known_short(const std::string& scene) {
+  return std::find(kKnownShort.begin(), kKnownShort.end(), scene) != kKnownShort.end();
+}
+
+std::vector<fs::path> workshop_scenes(bool quick) {
+  std::vector<fs::path> out;
+  for (const auto& entry : fs::directory_iterator(CRANEMAP_WORKSHOP_SCENES)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const auto scene = read_scene(entry.path());
+    // One that cannot be read is run, so that somebody hears of it.
+    if (!quick || !scene || scene->quick.width > 0) out.push_back(entry.path());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+Result<WorkshopResult> run_workshop_scene(const fs::path& file, const std::string& folder,
+                                          const WorkshopOptions& options) {
+  auto scene = read_scene(file);
+  if (!scene) return scene.error();
+  if (options.quick && scene->quick.width > 0) scene = make_quick(*std::move(scene));
+  const Stopwatch rendering;
+  auto recording = render(*scene, folder);
+  if (!recording) return recording.error();
+  WorkshopResult r;
+  r.scene = scene->name;
+  r.recorded = recording->frames().size();
+  r.render_s = rendering.ms() * 1e-3;
+  const Stopwatch mapping;
+  Method method = cranemap_method(options.voxel_m);
+  method.queries = options.queries;
+  method.free_precision = false;
+  auto outcome = run_trial(*recording, *scene, method);
+  if (!outcome) return outcome.error();
+  r.outcome = *std::move(outcome);
+  auto truth = read_truth(folder + "/truth");
+  if (!truth) return truth.error();
+  r.truth = *std::move(truth);
+  r.heights = measure(r.outcome.grid, r.truth.obstacles);
+  r.map_s = mapping.ms() * 1e-3;
+  for (const SceneBound::Limits& limits : scene->bound.limits) compare(limits, r);
+  return r;
+}
+
+}  // namespace crane::accuracy
