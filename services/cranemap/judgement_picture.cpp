@@ -9,7 +9,7 @@
 namespace crane {
 namespace {
 
-constexpr int kLeft = 60, kTop = 50, kBottom = 40, kRight = 190;
+constexpr int kLeft = 60, kTop = 66, kBottom = 40, kRight = 190;
 constexpr int kWidth = 1200;  ///< of the map itself, about
 const cv::Scalar kInk(30, 30, 30);
 
@@ -72,9 +72,11 @@ Result<void> draw_judgement(const std::string& png_path, const TrueSolids& truth
   const int columns = part.column1 - part.column0;
   const int step = std::max(1, columns / kWidth);
   const int width = columns / step, height = (part.row1 - part.row0) / step;
+  const int scale =
+      std::max(1, kWidth / 2 / std::max(1, width));  // of a small map, cells are squares
   const double x0_m = h.origin_x_m + part.column0 * h.cell_m;
   const double y0_m = h.origin_y_m + part.row0 * h.cell_m;
-  cv::Mat image(height + kTop + kBottom, width + kLeft + kRight, CV_8UC3, cv::Scalar::all(255));
+  cv::Mat cells(height, width, CV_8UC3);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       int worst = 0;
@@ -82,26 +84,31 @@ Result<void> draw_judgement(const std::string& png_path, const TrueSolids& truth
         for (int p = 0; p < step; ++p)
           worst = std::max(worst, rank(e, std::size_t(part.row0 + y * step + q) * h.columns +
                                               std::size_t(part.column0 + x * step + p)));
-      image.at<cv::Vec3b>(kTop + height - 1 - y, kLeft + x) = colour_of(worst);
+      cells.at<cv::Vec3b>(height - 1 - y, x) = colour_of(worst);
     }
+  const int wide = width * scale, high = height * scale;
+  cv::Mat image(high + kTop + kBottom, std::max(wide, kWidth / 2) + kLeft + kRight, CV_8UC3,
+                cv::Scalar::all(255));
+  cv::resize(cells, image(cv::Rect(kLeft, kTop, wide, high)), cv::Size(wide, high), 0, 0,
+             cv::INTER_NEAREST);
   const auto pixel = [&](double x_m, double y_m) {
-    return cv::Point(kLeft + int((x_m - x0_m) / h.cell_m / step),
-                     kTop + height - 1 - int((y_m - y0_m) / h.cell_m / step));
+    return cv::Point(kLeft + int((x_m - x0_m) / h.cell_m / step * scale),
+                     kTop + high - 1 - int((y_m - y0_m) / h.cell_m / step * scale));
   };
   if (e.cells.all.cleared > 0)
     cv::circle(image, pixel(e.cells.worst_x_m, e.cells.worst_y_m), 18, {0, 0, 235}, 2, cv::LINE_AA);
   if (e.clearance.wrong_clear > 0)
     cv::circle(image, pixel(e.clearance.first_x_m, e.clearance.first_y_m), 24, {200, 0, 0}, 2,
                cv::LINE_AA);
-  cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
-  const double metre = 1 / (h.cell_m * step);
+  cv::rectangle(image, {kLeft - 1, kTop - 1, wide + 2, high + 2}, kInk);
+  const double metre = scale / (h.cell_m * step);
   const double tick = metre > 40 ? 1 : metre > 12 ? 2 : 10;
-  for (double x = std::ceil(x0_m / tick) * tick; x < x0_m + width / metre; x += tick)
-    write(image, cv::format("%.0f", x + 0.0), {pixel(x, y0_m).x - 4, kTop + height + 18});
-  for (double y = std::ceil(y0_m / tick) * tick; y < y0_m + height / metre; y += tick)
+  for (double x = std::ceil(x0_m / tick) * tick; x < x0_m + wide / metre; x += tick)
+    write(image, cv::format("%.0f", x + 0.0), {pixel(x, y0_m).x - 4, kTop + high + 18});
+  for (double y = std::ceil(y0_m / tick) * tick; y < y0_m + high / metre; y += tick)
     write(image, cv::format("%.0f", y + 0.0), {18, pixel(x0_m, y).y + 5});
-  write(image, "x [m]", {kLeft + width / 2, kTop + height + 34});
-  write(image, "y [m]", {8, kTop - 8});
+  write(image, "x [m]", {kLeft + wide / 2, kTop + high + 34});
+  write(image, "y [m]", {8, kTop - 6});
   write(image, title, {kLeft, 22}, 0.55);
   write(
       image,
@@ -110,18 +117,18 @@ Result<void> draw_judgement(const std::string& png_path, const TrueSolids& truth
                  e.columns.coverage, e.columns.unsafe, e.columns.phantom,
                  e.cells.all.share(e.cells.all.low), e.cells.all.share(e.cells.all.cleared),
                  e.cells.all.share(e.cells.all.hollow), e.clearance.wrong_clear, e.clearance.clear),
-      {kLeft, 42});
+      {kLeft, 57});
   int row = kTop + 14;
   const auto legend = [&](const std::string& name, const cv::Vec3b& colour) {
-    cv::rectangle(image, {kLeft + width + 14, row - 11, 18, 14}, cv::Scalar(colour), cv::FILLED);
-    cv::rectangle(image, {kLeft + width + 14, row - 11, 18, 14}, kInk);
-    write(image, name, {kLeft + width + 40, row});
+    cv::rectangle(image, {kLeft + wide + 14, row - 11, 18, 14}, cv::Scalar(colour), cv::FILLED);
+    cv::rectangle(image, {kLeft + wide + 14, row - 11, 18, 14}, kInk);
+    write(image, name, {kLeft + wide + 40, row});
     row += 24;
   };
   for (const Kind& kind : kKinds) legend(kind.name, kind.colour);
   legend("phantom", kPhantom);
-  write(image, "ring red: cleared", {kLeft + width + 14, row});
-  write(image, "ring blue: wrong CLEAR", {kLeft + width + 14, row + 20});
+  write(image, "ring red: cleared", {kLeft + wide + 14, row});
+  write(image, "ring blue: wrong CLEAR", {kLeft + wide + 14, row + 20});
   bool written = false;
   try {
     written = cv::imwrite(png_path, image);
