@@ -62,6 +62,15 @@ TEST_F(BadInput, AMapFileThatWasCutIsNotJudged) {
          2, "is no OctoMap file");
 }
 
+TEST_F(BadInput, AFaultThatCannotBeSimulatedIsNamedWithThoseThatCan) {
+  for (const char* fault : {"toe=1", "toe_in", "toe_in=many"})
+    expect(test::run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/rig.yaml", "--out",
+                      folder_ / "spoilt", "--fault", fault},
+                     folder_.path()),
+           2, "trolley_");
+  EXPECT_FALSE(fs::exists(folder_ / "spoilt"));
+}
+
 TEST_F(BadInput, UnknownOption) {
   expect(test::run({"run", rig_recording(), "--out", folder_ / "out", "--vocsel", "x"},
                    folder_.path()),
