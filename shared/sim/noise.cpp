@@ -1,25 +1,8 @@
 #include "sim/noise.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace crane {
-
-std::uint64_t mix(std::uint64_t h) {
-  h = (h ^ (h >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-  h = (h ^ (h >> 27U)) * 0x94D049BB133111EBULL;
-  return h ^ (h >> 31U);
-}
-
-float uniform(std::uint64_t h) {
-  return float(mix(h) >> 40U) * (1.0F / 16'777'216.0F);
-}
-
-/// Box-Muller; one value is enough.
-float gaussian(std::uint64_t h) {
-  const float u = std::max(uniform(h), 1e-7F);
-  return std::sqrt(-2 * std::log(u)) * std::cos(6.2831853F * uniform(h ^ 0x9E3779B97F4A7C15ULL));
-}
 
 namespace {
 

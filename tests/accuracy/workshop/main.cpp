@@ -33,9 +33,9 @@ std::string row(const WorkshopResult& r) {
       q.clear, q.wrong_clear);
   std::string out = text;
   for (const std::string& what : r.short_of) out += (&what == r.short_of.data() ? "" : "; ") + what;
-  if (r.short_of.empty())
-    out += is_known_short(r.scene) ? "holds now: take it off the list" : "holds";
-  if (!r.short_of.empty() && is_known_short(r.scene)) out += " (known)";
+  const char* known = known_short(r.scene);
+  if (r.short_of.empty()) out += known != nullptr ? "holds, and is listed as short" : "holds";
+  if (!r.short_of.empty() && known != nullptr) out += std::string(" (known: ") + known + ")";
   return out + " |\n";
 }
 
@@ -98,7 +98,7 @@ int run(const Options& options) {
     clear += result->outcome.clearance.clear;
     seconds += result->render_s + result->map_s;
     if (result->short_of.empty()) continue;
-    ++(is_known_short(name) ? known : surprising);
+    ++(known_short(name) != nullptr ? known : surprising);
   }
   char sum[300];
   std::snprintf(sum, sizeof sum,

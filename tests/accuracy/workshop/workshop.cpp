@@ -1,8 +1,8 @@
 #include "workshop.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "base/stage_times.hpp"
@@ -12,8 +12,49 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Why stands in each scene's own comment; figures in the table that ./run writes.
-constexpr std::array<const char*, 1> kKnownShort = {""};
+constexpr const char* kCame = "space that was free before stays free within what came";
+constexpr const char* kNear =
+    "near the camera edges are mapped lower, and ghosts stand beside them";
+constexpr const char* kThin = "thin things are freed as if nothing were there";
+constexpr const char* kRepeats = "one repetition is taken for another";
+constexpr const char* kNoise = "noise that matches noise";
+constexpr const char* kLow = "mapped between its own height and the floor";
+constexpr const char* kThrough = "what is seen through or in it frees it";
+constexpr const char* kPlace = "a frame is placed where it was not";
+
+struct Short {
+  const char* scene;
+  const char* why;
+};
+/// Scenes that fall short of a bound today, at full size or small. Figures: the table of ./run.
+constexpr Short kKnownShort[] = {
+    {"arrived_box", kCame},
+    {"moved_box", kCame},
+    {"person_walking", kCame},
+    {"beams_near", kNear},
+    {"cable", kThin},
+    {"chain", kThin},
+    {"ladder", kThin},
+    {"masts", kThin},
+    {"pipes_level_across", kThin},
+    {"pipes_level_along", kThin},
+    {"railing", kThin},
+    {"wires", kThin},
+    {"floor_bricks", kRepeats},
+    {"floor_checker", kRepeats},
+    {"floor_grating", kRepeats},
+    {"floor_stripes", kRepeats},
+    {"exposure_mismatch", kNoise},
+    {"floor_low_texture", kNoise},
+    {"low_light", kNoise},
+    {"forks", kLow},
+    {"glass", kThrough},
+    {"mirror", kThrough},
+    {"range_jump", kPlace},
+    {"range_outlier", kPlace},
+    {"range_trolley_outlier", kPlace},
+    {"range_zero", kPlace},
+};
 
 std::map<std::string, double> shares_of(const CellCounts& c) {
   return {{"found", c.share(c.found)},
@@ -76,8 +117,10 @@ void compare(const SceneBound::Limits& limits, WorkshopResult& r) {
 
 }  // namespace
 
-bool is_known_short(const std::string& scene) {
-  return std::find(kKnownShort.begin(), kKnownShort.end(), scene) != kKnownShort.end();
+const char* known_short(const std::string& scene) {
+  const auto* at = std::find_if(std::begin(kKnownShort), std::end(kKnownShort),
+                                [&](const Short& s) { return scene == s.scene; });
+  return at == std::end(kKnownShort) ? nullptr : at->why;
 }
 
 std::vector<fs::path> workshop_scenes(bool quick) {
