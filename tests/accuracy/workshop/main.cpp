@@ -17,23 +17,24 @@ namespace fs = std::filesystem;
 struct Options {
   std::string folder = "out/workshop";
   std::vector<std::string> only;
+  std::string recordings;  ///< instead of the scenes: a folder of such
   WorkshopOptions workshop;
 };
 
-std::string row(const WorkshopResult& r) {
+/// `known`: why the scene is listed as short, or nullptr.
+std::string row(const WorkshopResult& r, const char* known) {
   const Judgement& j = r.outcome.judgement;
   const CellCounts& c = r.outcome.cells.all;
   const ClearanceTrial& q = r.outcome.clearance;
   char text[400];
-  std::snprintf(
-      text, sizeof text,
-      "| %s | %zu/%zu | %.3f | %.4f | %.4f | %.3f | %.3f | %.3f | %.3f | %.3f | %zu | %zu | ",
-      r.scene.c_str(), r.outcome.frames, r.recorded, j.coverage, j.unsafe, j.phantom,
-      c.share(c.found), c.share(c.unknown), c.share(c.low), c.share(c.cleared), c.share(c.hollow),
-      q.clear, q.wrong_clear);
+  std::snprintf(text, sizeof text,
+                "| %s | %zu/%zu | %.3f | %.4f | %.4f | %.3f | %.3f | %.3f | %.3f | %.3f | %zu | "
+                "%zu | %.0f | %.0f | ",
+                r.scene.c_str(), r.outcome.frames, r.recorded, j.coverage, j.unsafe, j.phantom,
+                c.share(c.found), c.share(c.unknown), c.share(c.low), c.share(c.cleared),
+                c.share(c.hollow), q.clear, q.wrong_clear, r.outcome.cloud_ms, r.outcome.update_ms);
   std::string out = text;
   for (const std::string& what : r.short_of) out += (&what == r.short_of.data() ? "" : "; ") + what;
-  const char* known = known_short(r.scene);
   if (r.short_of.empty()) out += known != nullptr ? "holds, and is listed as short" : "holds";
   if (!r.short_of.empty() && known != nullptr) out += std::string(" (known: ") + known + ")";
   return out + " |\n";
@@ -42,7 +43,8 @@ std::string row(const WorkshopResult& r) {
 constexpr const char* kHead =
     "| scene | frames used | coverage | unsafe | phantom | found | unknown | low | cleared | "
     "hollow "
-    "| CLEAR | wrong CLEAR | bounds |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "| CLEAR | wrong CLEAR | match [ms] | integrate [ms] | bounds "
+    "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 Result<void> draw(const WorkshopResult& r, const std::string& folder,
                   const std::string& recording) {
@@ -60,6 +62,16 @@ Result<void> draw(const WorkshopResult& r, const std::string& folder,
   return {};
 }
 
+/// Scene files, or folders of recordings.
+std::vector<fs::path> inputs(const Options& options) {
+  if (options.recordings.empty()) return workshop_scenes(options.workshop.quick);
+  std::vector<fs::path> out;
+  for (const auto& entry : fs::directory_iterator(options.recordings))
+    if (fs::exists(entry.path() / "truth")) out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 /// Exit code: 0, 1 when a scene that is not listed falls short, 3 when one cannot be run.
 int run(const Options& options) {
   std::error_code ignored;
@@ -73,19 +85,22 @@ int run(const Options& options) {
   std::printf("%s", kHead);
   std::size_t wrong = 0, clear = 0, surprising = 0, known = 0, scenes = 0;
   double seconds = 0;
-  for (const fs::path& file : workshop_scenes(options.workshop.quick)) {
-    const std::string name = file.stem();
+  for (const fs::path& file : inputs(options)) {
+    const bool made = options.recordings.empty();
+    const std::string name = made ? file.stem() : file.filename();
     if (!options.only.empty() &&
         std::find(options.only.begin(), options.only.end(), name) == options.only.end())
       continue;
     const test::TempFolder folder;
-    const std::string recording = folder / "recording";
-    auto result = run_workshop_scene(file, recording, options.workshop);
+    const std::string recording = made ? folder / "recording" : file.string();
+    auto result = made ? run_workshop_scene(file, recording, options.workshop)
+                       : run_workshop_recording(file, options.workshop);
     if (!result) {
       std::fprintf(stderr, "%s: %s\n", name.c_str(), result.error().text().c_str());
       return 3;
     }
-    const std::string line = row(*result);
+    const char* known_why = made ? known_short(name) : nullptr;
+    const std::string line = row(*result, known_why);
     std::printf("%s", line.c_str());
     std::fflush(stdout);
     table << line << std::flush;
@@ -98,7 +113,7 @@ int run(const Options& options) {
     clear += result->outcome.clearance.clear;
     seconds += result->render_s + result->map_s;
     if (result->short_of.empty()) continue;
-    ++(known_short(name) != nullptr ? known : surprising);
+    ++(known_why != nullptr ? known : surprising);
   }
   char sum[300];
   std::snprintf(sum, sizeof sum,
@@ -121,6 +136,9 @@ int main(int argc, char** argv) {
   crane::accuracy::Options options;
   app.add_option("--out", options.folder, "Folder of table and pictures")->capture_default_str();
   app.add_option("--scene", options.only, "Only this one; repeatable");
+  app.add_option("--recordings", options.recordings,
+                 "Instead of the scenes: every recording with truth in this folder")
+      ->check(CLI::ExistingDirectory);
   app.add_flag("--quick", options.workshop.quick, "Small versions, of scenes that have one");
   app.add_option("--queries", options.workshop.queries, "Random clearance queries a scene")
       ->capture_default_str();

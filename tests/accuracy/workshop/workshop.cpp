@@ -115,6 +115,27 @@ void compare(const SceneBound::Limits& limits, WorkshopResult& r) {
   check(limits.most, false);
 }
 
+Result<WorkshopResult> map_and_judge(const Recording& recording, const Scene& scene,
+                                     const WorkshopOptions& options) {
+  WorkshopResult r;
+  r.scene = scene.name;
+  r.recorded = recording.frames().size();
+  const Stopwatch mapping;
+  Method method = cranemap_method(options.voxel_m);
+  method.queries = options.queries;
+  method.free_precision = false;
+  auto outcome = run_trial(recording, scene, method);
+  if (!outcome) return outcome.error();
+  r.outcome = *std::move(outcome);
+  auto truth = read_truth(recording.folder() + "/truth");
+  if (!truth) return truth.error();
+  r.truth = *std::move(truth);
+  r.heights = measure(r.outcome.grid, r.truth.obstacles);
+  r.map_s = mapping.ms() * 1e-3;
+  for (const SceneBound::Limits& limits : scene.bound.limits) compare(limits, r);
+  return r;
+}
+
 }  // namespace
 
 const char* known_short(const std::string& scene) {
@@ -143,24 +164,22 @@ Result<WorkshopResult> run_workshop_scene(const fs::path& file, const std::strin
   const Stopwatch rendering;
   auto recording = render(*scene, folder);
   if (!recording) return recording.error();
-  WorkshopResult r;
-  r.scene = scene->name;
-  r.recorded = recording->frames().size();
-  r.render_s = rendering.ms() * 1e-3;
-  const Stopwatch mapping;
-  Method method = cranemap_method(options.voxel_m);
-  method.queries = options.queries;
-  method.free_precision = false;
-  auto outcome = run_trial(*recording, *scene, method);
-  if (!outcome) return outcome.error();
-  r.outcome = *std::move(outcome);
-  auto truth = read_truth(folder + "/truth");
-  if (!truth) return truth.error();
-  r.truth = *std::move(truth);
-  r.heights = measure(r.outcome.grid, r.truth.obstacles);
-  r.map_s = mapping.ms() * 1e-3;
-  for (const SceneBound::Limits& limits : scene->bound.limits) compare(limits, r);
-  return r;
+  const double render_s = rendering.ms() * 1e-3;
+  auto result = map_and_judge(*recording, *scene, options);
+  if (result) result->render_s = render_s;
+  return result;
+}
+
+Result<WorkshopResult> run_workshop_recording(const fs::path& folder,
+                                              const WorkshopOptions& options) {
+  auto recording = Recording::open(folder);
+  if (!recording) return recording.error();
+  Scene scene;
+  scene.name = folder.filename();
+  scene.bound.limits.resize(1);
+  scene.bound.limits[0].most = {
+      {"cleared", 0}, {"hollow", 0}, {"wrong_clear", 0}, {"low", 0.01}, {"phantom", 0.005}};
+  return map_and_judge(*recording, scene, options);
 }
 
 }  // namespace crane::accuracy

@@ -33,6 +33,11 @@ Result<WorkshopResult> run_workshop_scene(const std::filesystem::path& scene,
                                           const std::string& folder,
                                           const WorkshopOptions& options);
 
+/// Maps and judges a recording with truth that somebody else made, against what must hold of every
+/// map: nothing cleared, hollow or wrongly clear; low at most 0.01, phantom at most 0.005.
+Result<WorkshopResult> run_workshop_recording(const std::filesystem::path& recording,
+                                              const WorkshopOptions& options);
+
 /// Scenes that today's mapping is known to fall short in. A scene that is not listed must hold all
 /// its bounds; one that is listed and holds them is to be taken off. Why, or nullptr.
 const char* known_short(const std::string& scene);
