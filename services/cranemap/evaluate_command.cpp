@@ -65,6 +65,10 @@ Command add_evaluate_command(CLI::App& app) {
   command->add_option("--queries", options->queries.queries, "Random clearance queries")
       ->check(CLI::Range(0, 10'000'000))
       ->capture_default_str();
+  command
+      ->add_option("--margin", options->queries.margin_m,
+                   "Of the queries, around the load [m]; one voxel when not given")
+      ->check(CLI::Range(0.0, 10.0));
   command->add_option("--seed", options->queries.seed, "Of the queries")->capture_default_str();
   return [options] { return evaluate(*options); };
 }

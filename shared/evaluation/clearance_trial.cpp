@@ -49,14 +49,14 @@ Targets targets_of(const TrueSolids& truth, double voxel_m) {
   return out;
 }
 
-ClearanceQuery make_query(const TrueSolids& truth, const Targets& targets, double voxel_m,
+ClearanceQuery make_query(const TrueSolids& truth, const Targets& targets, double margin_m,
                           Random& random) {
   const bool near = !targets.solid.empty() && random.below(2) == 0;
   const std::vector<std::uint32_t>& cells = near ? targets.solid : targets.seen;
   const std::size_t cell = cells[random.below(cells.size())];
   ClearanceQuery q;
   q.margins = {};
-  q.margins.horizontal_m = q.margins.vertical_m = voxel_m;
+  q.margins.horizontal_m = q.margins.vertical_m = margin_m;
   const auto side = [&] {
     return kShortest * std::pow(kLongest / kShortest, random.between(0, 1));
   };
@@ -118,9 +118,10 @@ ClearanceTrial try_clearance(const TrueSolids& truth, double voxel_m, const Ask&
   ClearanceTrial out;
   const Targets targets = targets_of(truth, voxel_m);
   if (targets.seen.empty()) return out;
+  const double margin_m = options.margin_m < 0 ? voxel_m : options.margin_m;
   Random random(options.seed);
   for (; out.queries < options.queries; ++out.queries) {
-    const ClearanceQuery query = make_query(truth, targets, voxel_m, random);
+    const ClearanceQuery query = make_query(truth, targets, margin_m, random);
     const client::Clearance answer = ask(query);
     out.blocked += answer.verdict == client::Verdict::kBlocked;
     out.invalid += answer.verdict == client::Verdict::kInvalid;

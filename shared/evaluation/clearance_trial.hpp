@@ -12,6 +12,8 @@ namespace crane {
 struct ClearanceTrialOptions {
   std::size_t queries = 20'000;
   std::uint64_t seed = 1;
+  /// Around the load, on all sides; < 0: one voxel, which is what a map can promise at best.
+  double margin_m = -1;
 };
 
 /// What a controller would have been told, against what really stands there.
@@ -29,7 +31,7 @@ using Ask = std::function<client::Clearance(const client::ClearanceQuery&)>;
 Ask ask(const JudgedMap& map);
 
 /// Asks about loads of random size, place, turn and height, at rest or on a level leg, half of them
-/// close to what stands there, with margins of one voxel: what a map can promise at best. A CLEAR
+/// close to what stands there, with a margin. A CLEAR
 /// is wrong when true matter lies within the load itself: below a surface no deeper than known
 /// solid (TrueSolids::bottom_m), so that passing under a pipe is not held against the map.
 ClearanceTrial try_clearance(const TrueSolids& truth, double voxel_m, const Ask& ask,

@@ -27,7 +27,8 @@ struct HeightMap {
     return origin_x_m + (double(cell % columns) + 0.5) * cell_m;
   }
   [[nodiscard]] double y_m(std::size_t cell) const {
-    return origin_y_m + (double(cell / columns) + 0.5) * cell_m;
+    const std::size_t row = cell / columns;
+    return origin_y_m + (double(row) + 0.5) * cell_m;
   }
 };
 

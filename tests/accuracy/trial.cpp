@@ -150,7 +150,7 @@ Result<void> judge_map(const OccupancyMap& map, const Recording& recording, cons
         }))
       ++wrong;
   });
-  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {method.queries, 1});
+  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {method.queries});
   out.judgement = evaluation.columns;
   out.cells = std::move(evaluation.cells);
   out.clearance = std::move(evaluation.clearance);

@@ -190,6 +190,20 @@ TEST(ClearanceTrial, CountsNoWrongClearOfATrueMapAndManyOfAnEmptyOne) {
   EXPECT_EQ(try_clearance(truth, kVoxel, ask(right), {5000, 3}).clear, good.clear);
 }
 
+TEST(ClearanceTrial, AMarginThatIsAskedForIsKeptFromWhatIsMapped) {
+  const TrueObstacle crate = box("crate", 2, 2, 1, 1, 1.2);
+  const TrueSolids truth = flat_truth({crate});
+  std::vector<double> margins;
+  const Ask listen = [&](const client::ClearanceQuery& q) {
+    margins.push_back(q.margins.horizontal_m);
+    return client::Clearance{};
+  };
+  const ClearanceTrial t = try_clearance(truth, kVoxel, listen, {3, 1});
+  EXPECT_EQ(t.invalid, 3U);
+  (void)try_clearance(truth, kVoxel, listen, {2, 1, 0.3});
+  EXPECT_EQ(margins, (std::vector<double>{kVoxel, kVoxel, kVoxel, 0.3, 0.3}));
+}
+
 TEST(ClearanceTrial, ALoadWithinABoxIsHitAndOneBelowABridgeIsNot) {
   const TrueSolids truth =
       flat_truth({box("crate", 1, 1, 1, 1, 1.2), box("bridge", 3, 3, 1, 0.3, 1.5, 1.4)});
