@@ -140,7 +140,8 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
 
   const double end = double(frames - 1) * interval;
   Readings readings = measure(scene, end);
-  const TimeNs middle = to_time(double(frames / 2) * interval);
+  const std::size_t middle_frame = frames / 2;
+  const TimeNs middle = to_time(double(middle_frame) * interval);
   spoil(readings.cart, faults, true, middle);
   spoil(readings.trolley, faults, false, middle);
   for (const RecordedDistance& r : readings.cart)
