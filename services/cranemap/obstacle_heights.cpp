@@ -13,7 +13,7 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
   });
   std::vector<ObstacleHeight> out;
   for (const TrueObstacle& o : obstacles) {
-    ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, 0};
+    ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, o.level_radius_m(), 0};
     std::vector<double> heights;
     for (std::size_t i = 0; i < grid.cells.size(); ++i)
       if (client::is_known(grid.cells[i].surface) && !(any_end && grid.cells[i].lower_bound) &&

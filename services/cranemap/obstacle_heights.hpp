@@ -13,7 +13,9 @@ struct ObstacleHeight {
   std::string name;
   double x_m = 0, y_m = 0;
   double true_m = 0, measured_m = 0;  ///< measured: median of the inner 70 % of the footprint
+  double level_m = 0;                 ///< radius over which the top is level; 0 = none is
   std::size_t columns = 0;            ///< map columns it was measured from; 0 = nothing mapped
+  [[nodiscard]] bool level() const { return level_m > 0; }
   [[nodiscard]] double error_percent() const {
     return 100 * (measured_m > true_m ? measured_m - true_m : true_m - measured_m) / true_m;
   }

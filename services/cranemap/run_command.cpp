@@ -268,11 +268,13 @@ class Run {
       report_.heights = measure(grid, *obstacles);
     }
     if (fs::exists(truth / "height_map.png")) {
-      auto heights = read_height_map(truth / "height_map.png");
-      if (!heights) return heights.error();
+      auto solids = read_truth(truth);
+      if (!solids) return solids.error();
       auto octree = read_octomap(out / "map.bt");
       if (!octree) return octree.error();
-      report_.judgement = judge(octree->occupied, octree->voxel_m, *heights);
+      auto judged = JudgedMap::from_file(*octree, solids->heights);
+      if (!judged) return judged.error();
+      report_.judgement = evaluate(*judged, *solids);
       report_.judged = true;
     }
     if (!grid.cells.empty() && report_.voxels.occupied > 0) {

@@ -68,13 +68,25 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
                             {"error_percent", h.columns > 0 ? h.error_percent() : 100},
                             {"columns", h.columns}});
   if (r.judged)
-    j["judgement"] = {{"coverage", r.judgement.coverage},
-                      {"unsafe", r.judgement.unsafe},
-                      {"missed", r.judgement.missed},
-                      {"unmapped_obstacle", r.judgement.unmapped_obstacle},
-                      {"phantom", r.judgement.phantom},
-                      {"error_median_m", r.judgement.error_median_m},
-                      {"error_p95_m", r.judgement.error_p95_m}};
+    j["judgement"] = {{"coverage", r.judgement.columns.coverage},
+                      {"unsafe", r.judgement.columns.unsafe},
+                      {"missed", r.judgement.columns.missed},
+                      {"unmapped_obstacle", r.judgement.columns.unmapped_obstacle},
+                      {"phantom", r.judgement.columns.phantom},
+                      {"error_median_m", r.judgement.columns.error_median_m},
+                      {"error_p95_m", r.judgement.columns.error_p95_m}};
+  if (r.judged) {
+    const CellCounts& cells = r.judgement.cells.all;
+    j["judgement"]["cells"] = {{"solid", cells.solid},
+                               {"found", cells.share(cells.found)},
+                               {"unknown", cells.share(cells.unknown)},
+                               {"low", cells.share(cells.low)},
+                               {"cleared", cells.share(cells.cleared)},
+                               {"hollow", cells.share(cells.hollow)}};
+    j["judgement"]["clearance"] = {{"queries", r.judgement.clearance.queries},
+                                   {"clear", r.judgement.clearance.clear},
+                                   {"wrong_clear", r.judgement.clearance.wrong_clear}};
+  }
   std::ofstream file(path);
   // Names from the network or a truth file may be any bytes too.
   file << j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
@@ -123,8 +135,11 @@ void print(const RunReport& r) {
     std::printf(
         "\nagainst the truth: coverage %.4f, unsafe %.4f, missed %.4f, unmapped obstacle %.4f, "
         "phantom %.5f\n",
-        r.judgement.coverage, r.judgement.unsafe, r.judgement.missed, r.judgement.unmapped_obstacle,
-        r.judgement.phantom);
+        r.judgement.columns.coverage, r.judgement.columns.unsafe, r.judgement.columns.missed,
+        r.judgement.columns.unmapped_obstacle, r.judgement.columns.phantom);
+  if (r.judged)
+    std::printf("%s%s", cell_report(r.judgement.cells).c_str(),
+                clearance_report(r.judgement.clearance).c_str());
 }
 
 }  // namespace crane

@@ -7,7 +7,7 @@
 #include "base/result.hpp"
 #include "crane/client/map.hpp"
 #include "dds/topics.hpp"
-#include "mapping/map_judge.hpp"
+#include "evaluation/evaluation.hpp"
 #include "obstacle_heights.hpp"
 
 namespace crane {
@@ -24,7 +24,7 @@ struct RunReport {
   std::map<std::string, std::uintmax_t> files;  ///< bytes
   std::vector<ObstacleHeight> heights;
   bool judged = false;
-  Judgement judgement;
+  Evaluation judgement;
 };
 
 /// Error: Resource.

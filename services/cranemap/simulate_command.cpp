@@ -17,14 +17,19 @@ struct Options {
   std::string scene;
   SimulateOptions simulate;
   long long seed = -1;
+  std::vector<std::string> faults;
 };
 
 /// A file, or the name of a scene that ships with cranemap.
 std::string scene_file(const std::string& scene) {
   std::error_code failed;
   const fs::path shipped = fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() /
-                           "share/cranemap/scenes" / (scene + ".yaml");
-  return !fs::exists(scene) && fs::exists(shipped) ? shipped.string() : scene;
+                           "share/cranemap/scenes";
+  if (fs::exists(scene)) return scene;
+  for (const fs::path& file :
+       {shipped / (scene + ".yaml"), shipped / "workshop" / (scene + ".yaml")})
+    if (fs::exists(file)) return file;
+  return scene;
 }
 
 int run(Options& options) {
@@ -35,6 +40,11 @@ int run(Options& options) {
   auto scene = read_scene(scene_file(options.scene));
   if (!scene) return fail(scene.error());
   if (options.seed >= 0) scene->seed = static_cast<std::uint64_t>(options.seed);
+  for (const std::string& text : options.faults) {
+    auto fault = parse_fault(text);
+    if (!fault) return fail(fault.error());
+    options.simulate.faults.push_back(*fault);
+  }
   if (fs::exists(options.simulate.folder + "/cam0"))
     return fail(Error{ErrorCode::kConfiguration, options.simulate.folder,
                       "holds a recording already", "give --out a new folder"});
@@ -56,11 +66,14 @@ Command add_simulate_command(CLI::App& app) {
       "simulate",
       "Render a scene into a recording with truth; the same seed gives the same one.\n"
       "Example: cranemap simulate shared/sim/scenes/lap.yaml --out /tmp/lap");
-  command->add_option("SCENE", options->scene, "Scene file (YAML), or rig, lap or hall")
+  command->add_option("SCENE", options->scene, "Scene file (YAML), or the name of one that ships")
       ->required();
   command->add_option("--out", options->simulate.folder, "Folder of the new recording")->required();
   command->add_option("--seed", options->seed, "Over that of the scene");
   command->add_option("--frames", options->simulate.max_frames, "Only the first N frames");
+  command->add_option(
+      "--fault", options->faults,
+      "What is wrong with calibration or rangefinders, KIND=VALUE; repeatable.\n" + fault_kinds());
   command->add_option("--format", options->simulate.format, "Images: jpg or png")
       ->check(CLI::IsMember({"jpg", "png"}))
       ->capture_default_str();

@@ -4,44 +4,72 @@
 #include <octomap/OcTree.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
 namespace crane {
 namespace {
 
+constexpr double kLargestCube = 100;  ///< [m] no measured ray proves more at once
+
+Error bad(const std::string& name, const std::string& what) {
+  return {ErrorCode::kBadData, name, what, "give a .bt or .ot file as OctoMap writes it"};
+}
+
 template <class Tree>
-OctomapFile collect(const Tree& tree) {
+Result<OctomapFile> collect(const Tree& tree, const std::string& name) {
   OctomapFile out;
   out.voxel_m = tree.getResolution();
   for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
-    if (tree.isNodeOccupied(*it))
-      out.occupied.push_back({it.getX(), it.getY(), it.getZ(), it.getSize()});
-    else
-      ++out.free_leaves;
+    if (it.getSize() > kLargestCube)
+      return bad(name, "says of a cube of " + std::to_string(it.getSize()) +
+                           " m that all of it is the same: that is no map of a plant");
+    (tree.isNodeOccupied(*it) ? out.occupied : out.free)
+        .push_back({it.getX(), it.getY(), it.getZ(), it.getSize()});
   }
   return out;
 }
 
 }  // namespace
 
-Result<OctomapFile> read_octomap(const std::string& path) {
-  const auto bad = [&path](const char* what) {
-    return Error{ErrorCode::kBadData, path, what, "give a .bt or .ot file as OctoMap writes it"};
-  };
-  if (!std::filesystem::is_regular_file(path)) return bad("no such file");
-  if (path.ends_with(".bt")) {
-    octomap::OcTree tree(0.1);
-    if (!tree.readBinary(path)) return bad("is no OctoMap binary tree");
-    return collect(tree);
-  }
-  const std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(path));
-  if (auto* colour = dynamic_cast<octomap::ColorOcTree*>(any.get())) {
-    OctomapFile out = collect(*colour);
-    out.coloured = true;
+Result<OctomapFile> decode_octomap(const std::vector<std::uint8_t>& file, const std::string& name) {
+  const auto header = check_octomap(file, name);
+  if (!header) return header.error();
+  if (header->nodes == 0) {
+    OctomapFile out;
+    out.voxel_m = header->voxel_m;
+    out.coloured = header->id == "ColorOcTree";
     return out;
   }
-  if (auto* plain = dynamic_cast<octomap::OcTree*>(any.get())) return collect(*plain);
-  return bad("is no OctoMap tree of a known kind");
+  std::istringstream stream(std::string(file.begin(), file.end()));
+  if (header->binary) {
+    octomap::OcTree tree(0.1);
+    if (!tree.readBinary(stream)) return bad(name, "is no OctoMap binary tree");
+    return collect(tree, name);
+  }
+  const std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(stream));
+  if (auto* colour = dynamic_cast<octomap::ColorOcTree*>(any.get())) {
+    Result<OctomapFile> out = collect(*colour, name);
+    if (out) out->coloured = true;
+    return out;
+  }
+  if (auto* plain = dynamic_cast<octomap::OcTree*>(any.get())) return collect(*plain, name);
+  return bad(name, "is no OctoMap tree of a known kind");
+}
+
+Result<OctomapFile> read_octomap(const std::string& path) {
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed)) return bad(path, "no such file");
+  const std::uintmax_t size = std::filesystem::file_size(path, failed);
+  if (failed) return bad(path, "cannot be read");
+  if (size > kMaxOctomapBytes) return bad(path, "is larger than 512 MiB");
+  std::vector<std::uint8_t> bytes(size);
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file || file.gcount() != static_cast<std::streamsize>(size))
+    return bad(path, "cannot be read");
+  return decode_octomap(bytes, path);
 }
 
 }  // namespace crane

@@ -1,5 +1,7 @@
 #include "recording/truth.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -30,6 +32,7 @@ Result<HeightMap> read_height_map(const std::string& png_path) {
   y->number("cell_m", map.cell_m, 1e-4, 100, true);
   y->numbers("origin_m", origin, 2, true);
   y->numbers("size", size, 2, true);
+  y->number("offset_m", map.offset_m, -100, 100);
   if (auto done = y->finish(); !done) return done.error();
   cv::Mat image;
   try {
@@ -64,6 +67,8 @@ Result<void> write_height_map(const std::string& png_path, const HeightMap& map)
          "column 0 the lowest x\ncell_m: "
       << map.cell_m << "\norigin_m: [" << map.origin_x_m << ", " << map.origin_y_m << "]\nsize: ["
       << map.columns << ", " << map.rows << "] # columns (x), rows (y)\n";
+  if (map.offset_m != 0)
+    geometry << "offset_m: " << map.offset_m << " # height of value 0: pits lie below the floor\n";
   geometry.close();
   if (!written || !geometry) return disk_error(png_path);
   return {};
@@ -86,6 +91,14 @@ Result<std::vector<TrueObstacle>> read_obstacles(const std::string& path) {
     item.numbers("size", size, 2);
     item.number("yaw", o.yaw_rad, -10, 10);
     item.number("length", o.length_m, 0, 1000);
+    item.number("base", o.base_m, -100, 1000);
+    item.number("low", o.low_m, -100, 1000);
+    item.number("sag", o.sag_m, 0, 1000);
+    std::vector<double> from = {0, 0, 0}, to = {0, 0, 0};
+    item.numbers("from", from, 3);
+    item.numbers("to", to, 3);
+    std::copy(from.begin(), from.end(), o.from_m.begin());
+    std::copy(to.begin(), to.end(), o.to_m.begin());
     o.size_x_m = size[0];
     o.size_y_m = size[1];
     out.push_back(o);
@@ -105,6 +118,15 @@ Result<void> write_obstacles(const std::string& path, const std::vector<TrueObst
     if (o.radius_m > 0) s << ", radius: " << o.radius_m;
     if (o.length_m > 0) s << ", length: " << o.length_m;
     if (o.size_x_m > 0) s << ", size: [" << o.size_x_m << ", " << o.size_y_m << "]";
+    if (std::isfinite(o.base_m)) s << ", base: " << o.base_m;
+    if (o.low_m > 0) s << ", low: " << o.low_m;
+    if (o.sag_m > 0) s << ", sag: " << o.sag_m;
+    const auto point = [](const std::array<double, 3>& p) {
+      std::ostringstream out;
+      out << "[" << p[0] << ", " << p[1] << ", " << p[2] << "]";
+      return out.str();
+    };
+    if (o.is_line()) s << ", from: " << point(o.from_m) << ", to: " << point(o.to_m);
     s << ", yaw: " << o.yaw_rad << "}\n";
   }
   std::ofstream file(path);

@@ -4,161 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "config/yaml_reader.hpp"
-
 namespace crane {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-Eigen::Matrix3d rotation(const std::vector<double>& degrees_xyz) {
-  return (Eigen::AngleAxisd(degrees_xyz[2] * kDegree, Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(degrees_xyz[1] * kDegree, Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(degrees_xyz[0] * kDegree, Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
-void read_camera(YamlReader y, SceneCamera& c) {
-  std::vector<double> resolution = {1280, 720};
-  std::vector<double> distortion = {0, 0, 0, 0};
-  std::vector<double> tilt = {0, 0, 0};
-  std::vector<double> right_rotation = {0, 0, 0};
-  double f = 700;
-  double baseline = 0.12;
-  double height = 2;
-  y.numbers("resolution", resolution, 2);
-  y.number("f_px", f, 10, 20'000);
-  y.number("baseline_m", baseline, 0.01, 5);
-  y.number("height_m", height, 0.3, 100);
-  y.numbers("distortion", distortion, 4);
-  y.numbers("tilt_deg", tilt, 3);
-  y.numbers("right_rotation_deg", right_rotation, 3);
-  y.number("exposure", c.exposure, 0, 100);
-  y.number("noise_grey", c.noise_grey, 0, 100);
-  y.flag("colour", c.colour);
-  y.integer("samples", c.samples, 1, 64);
-  if (resolution[0] < 16 || resolution[0] > 8192 || resolution[1] < 16 || resolution[1] > 8192)
-    y.problem("resolution", "is outside 16 .. 8192");
-  CameraModel m;
-  m.width = static_cast<std::uint32_t>(resolution[0]);
-  m.height = static_cast<std::uint32_t>(resolution[1]);
-  m.fx_px = m.fy_px = f;
-  m.cx_px = (resolution[0] - 1) / 2;
-  m.cy_px = (resolution[1] - 1) / 2;
-  m.k1 = distortion[0], m.k2 = distortion[1], m.p1 = distortion[2], m.p2 = distortion[3];
-  c.rig.left = c.rig.right = m;
-  c.rig.T_left_right.translation() = Eigen::Vector3d(baseline, 0, 0);
-  c.rig.T_left_right.linear() = rotation(right_rotation);
-  // Looking down: image x along the runway, image y against the bridge.
-  Eigen::Matrix3d down;
-  down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-  c.rig.T_map_camera_at_zero.linear() = rotation(tilt) * down;
-  c.rig.T_map_camera_at_zero.translation() = Eigen::Vector3d(0, 0, height);
-}
-
-void read_motion(YamlReader y, SceneMotion& m) {
-  int kind = 0;
-  y.choice("kind", {"positions", "lap", "timed"}, kind);
-  m.continuous = kind != 0;
-  for (YamlReader& point : y.items("points")) {
-    Eigen::Vector2d p(0, 0);
-    if (kind == 2) {
-      double time = 0;
-      point.number("time_s", time, 0, 36'000, true);
-      if (!m.times_s.empty() && time <= m.times_s.back())
-        point.problem("time_s", "must grow from point to point");
-      m.times_s.push_back(time);
-    }
-    point.number("cart", p.x(), -1e4, 1e4, true);
-    point.number("trolley", p.y(), -1e4, 1e4, true);
-    m.points.push_back(p);
-  }
-  if (m.points.empty()) y.problem("points", "needs at least one point {cart: .., trolley: ..}");
-  if (m.continuous && m.points.size() < 2) y.problem("points", "a lap needs two points");
-  y.number("interval_s", m.interval_s, 0.01, 1000);
-  y.number("speed_mps", m.speed_mps, 0.001, 20);
-  y.number("rate_hz", m.rate_hz, 0.1, 120);
-  y.number("duration_s", m.duration_s, 0.1, 36'000);
-}
-
-Material read_material(YamlReader& y) {
-  Material m;
-  std::vector<double> colour = {0.5, 0.5, 0.5};
-  y.numbers("colour", colour, 3);
-  m.colour = Eigen::Vector3d(colour[0], colour[1], colour[2]).cast<float>();
-  y.number("texture", m.texture, 0, 1);
-  y.number("grain_m", m.grain_m, 1e-4, 10);
-  y.number("gloss", m.gloss, 0, 1);
-  y.number("shininess", m.shininess, 1, 10'000);
-  return m;
-}
-
-SceneObstacle read_obstacle(YamlReader& y) {
-  SceneObstacle o;
-  TrueObstacle& s = o.shape;
-  std::vector<double> size = {0, 0};
-  const std::vector<std::string> kinds = {"box", "cylinder", "pipe", "chair"};
-  int kind = 0;
-  y.text("name", s.name, true);
-  y.choice("kind", kinds, kind);
-  s.kind = kinds[static_cast<std::size_t>(kind)];
-  y.text("material", o.material, true);
-  y.number("x", s.x_m, -1e4, 1e4, true);
-  y.number("y", s.y_m, -1e4, 1e4, true);
-  y.number("base", o.base_m, 0, 100);
-  y.number("height", s.height_m, 0.001, 100, true);
-  y.number("seat_height", s.seat_height_m, 0, 100);
-  y.number("radius", s.radius_m, 0, 100);
-  y.number("length", s.length_m, 0, 1000);
-  y.numbers("size", size, 2);
-  y.number("yaw", s.yaw_rad, -10, 10);
-  y.number("from_s", o.from_s, 0, 36'000);
-  y.number("until_s", o.until_s, 0, 36'000);
-  s.size_x_m = size[0];
-  s.size_y_m = size[1];
-  if ((s.kind == "box" || s.kind == "chair") && !(size[0] > 0 && size[1] > 0))
-    y.problem("size", "must be [x, y] in metres");
-  if ((s.kind == "cylinder" || s.kind == "pipe") && !(s.radius_m > 0))
-    y.problem("radius", "must be given");
-  if (s.kind == "pipe" && !(s.length_m > 0)) y.problem("length", "must be given");
-  if (s.kind == "chair" && !(s.seat_height_m > 0 && s.seat_height_m < s.height_m))
-    y.problem("seat_height", "must lie between 0 and height");
-  return o;
-}
-
-/// Nothing where no move is given.
-std::optional<SceneHoist> read_hoist(YamlReader y) {
-  SceneHoist h;
-  std::vector<double> offset = {0, 0};
-  std::vector<double> hook = {0.1, 0.1, 0.15};
-  std::vector<double> load = {0, 0, 0};
-  y.numbers("offset", offset, 2);
-  y.number("rope_top_m", h.rope_top_m, 0.1, 200);
-  y.number("rope_radius_m", h.rope_radius_m, 0.001, 2);
-  y.numbers("hook_size", hook, 3);
-  y.text("material", h.material);
-  y.numbers("load_size", load, 3);
-  y.number("load_yaw", h.load_yaw_rad, -10, 10);
-  y.number("sling_m", h.sling_m, 0, 20);
-  y.text("load_material", h.load_material);
-  y.number("sway_m", h.sway_m, 0, 5);
-  y.number("sway_period_s", h.sway_period_s, 0.1, 60);
-  y.number("rate_hz", h.rate_hz, 0.1, 200);
-  for (YamlReader& item : y.items("moves")) {
-    SceneHoist::Move m;
-    item.number("time_s", m.time_s, 0, 36'000, true);
-    item.number("hook_m", m.hook_m, -10, 200, true);
-    item.flag("load", m.load);
-    if (!h.moves.empty() && m.time_s <= h.moves.back().time_s)
-      item.problem("time_s", "must grow from move to move");
-    h.moves.push_back(m);
-  }
-  if (h.moves.empty()) return std::nullopt;
-  h.offset_m = {offset[0], offset[1]};
-  h.hook_size_m = {hook[0], hook[1], hook[2]};
-  h.load_size_m = {load[0], load[1], load[2]};
-  return h;
-}
 
 SceneObstacle hanging(const std::string& name, const std::string& material,
                       const Eigen::Vector2d& at, double base_m, double top_m) {
@@ -172,7 +21,58 @@ SceneObstacle hanging(const std::string& name, const std::string& material,
   return o;
 }
 
+/// To where its track says it is.
+void move_along(SceneObstacle& o, double seconds) {
+  const std::vector<SceneObstacle::Step>& track = o.track;
+  std::size_t i = 0;
+  while (i + 1 < track.size() && track[i + 1].time_s <= seconds) ++i;
+  SceneObstacle::Step at = track[i];
+  if (i + 1 < track.size() && seconds > at.time_s) {
+    const SceneObstacle::Step& next = track[i + 1];
+    const double share = (seconds - at.time_s) / (next.time_s - at.time_s);
+    at.x_m += share * (next.x_m - at.x_m);
+    at.y_m += share * (next.y_m - at.y_m);
+  }
+  o.shape.x_m = at.x_m;
+  o.shape.y_m = at.y_m;
+  o.texture_origin = Eigen::Vector3d(at.x_m - track[0].x_m, at.y_m - track[0].y_m, 0).cast<float>();
+}
+
 }  // namespace
+
+Eigen::Isometry3d untold_at(const UntoldMotion& m, const Eigen::Vector2d& gantry, double seconds) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (!m.any()) return T;
+  const double sway = 2 * std::numbers::pi * seconds / m.sway_period_s;
+  const double shake = 2 * std::numbers::pi * seconds * m.vibration_hz;
+  const double yaw = m.skew_deg + m.skew_deg_per_m * gantry.y();
+  const double pitch = m.sway_pitch_deg * std::sin(sway) + m.vibration_deg * std::sin(shake);
+  const double roll =
+      m.sway_roll_deg * std::sin(1.3 * sway + 0.5) + m.vibration_deg * std::sin(1.1 * shake + 1);
+  T.linear() = (Eigen::AngleAxisd(yaw * kDegree, Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(pitch * kDegree, Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(roll * kDegree, Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  T.translation() = m.vibration_m * Eigen::Vector3d(std::sin(shake), std::sin(1.2 * shake + 2),
+                                                    0.3 * std::sin(0.9 * shake));
+  return T;
+}
+
+Scene make_quick(Scene scene) {
+  const SceneQuick& quick = scene.quick;
+  for (CameraModel* c : {&scene.camera.rig.left, &scene.camera.rig.right}) {
+    c->cx_px -= (double(c->width) - quick.width) / 2;
+    c->cy_px -= (double(c->height) - quick.height) / 2;
+    c->width = quick.width;
+    c->height = quick.height;
+  }
+  SceneMotion& m = scene.motion;
+  if (m.continuous)
+    m.duration_s = std::min(m.duration_s, double(quick.frames) / m.rate_hz);
+  else
+    m.points.resize(std::min(m.points.size(), quick.frames));
+  return scene;
+}
 
 Eigen::Vector2d gantry_at(const SceneMotion& m, double seconds) {
   const double time = std::max(0.0, seconds);
@@ -219,8 +119,10 @@ HoistPose hoist_at(const SceneHoist& h, double seconds) {
 
 std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, double seconds) {
   std::vector<std::optional<SceneObstacle>> out;
-  for (const SceneObstacle& o : scene.obstacles)
+  for (const SceneObstacle& o : scene.obstacles) {
     out.push_back(o.from_s <= seconds && seconds < o.until_s ? std::optional(o) : std::nullopt);
+    if (out.back() && !o.track.empty()) move_along(*out.back(), seconds);
+  }
   if (!scene.hoist) return out;
   const SceneHoist& h = *scene.hoist;
   const HoistPose pose = hoist_at(h, seconds);
@@ -243,55 +145,6 @@ std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, doubl
   load.shape.yaw_rad = h.load_yaw_rad;
   out.push_back(pose.load && h.load_size_m.minCoeff() > 0 ? std::optional(load) : std::nullopt);
   return out;
-}
-
-Result<Scene> read_scene(const std::string& path) {
-  auto y = YamlReader::from_file(path);
-  if (!y) return y.error();
-  Scene scene;
-  int seed = 1;
-  y->text("name", scene.name, true);
-  y->integer("seed", seed, 0, 2'000'000'000);
-  scene.seed = static_cast<std::uint64_t>(seed);
-  read_camera(y->section("camera", true), scene.camera);
-  read_motion(y->section("motion", true), scene.motion);
-  YamlReader r = y->section("rangefinder");
-  r.number("sigma_m", scene.rangefinder.sigma_m, 0, 1);
-  r.number("rate_hz", scene.rangefinder.rate_hz, 1, 1000);
-  r.number("delay_ms", scene.rangefinder.delay_ms, 0, 1000);
-  for (YamlReader& item : y->items("materials")) {
-    std::string name;
-    item.text("name", name, true);
-    scene.materials[name] = read_material(item);
-  }
-  y->number("ambient", scene.ambient, 0, 10);
-  y->text("floor", scene.floor_material, true);
-  if (!scene.materials.contains(scene.floor_material)) y->problem("floor", "names no material");
-  for (YamlReader& item : y->items("lamps")) {
-    Lamp lamp;
-    std::vector<double> centre = {0, 0, 4};
-    std::vector<double> size = {0.4, 0.4};
-    item.numbers("centre", centre, 3, true);
-    item.numbers("size", size, 2);
-    item.number("power", lamp.power, 0, 1e5);
-    lamp.centre = {centre[0], centre[1], centre[2]};
-    lamp.size_x_m = size[0];
-    lamp.size_y_m = size[1];
-    scene.lamps.push_back(lamp);
-  }
-  for (YamlReader& item : y->items("obstacles")) {
-    scene.obstacles.push_back(read_obstacle(item));
-    if (!scene.materials.contains(scene.obstacles.back().material))
-      item.problem("material", "is not in materials");
-  }
-  scene.hoist = read_hoist(y->section("hoist"));
-  if (scene.hoist && (!scene.materials.contains(scene.hoist->material) ||
-                      (scene.hoist->load_size_m.maxCoeff() > 0 &&
-                       !scene.materials.contains(scene.hoist->load_material))))
-    y->problem("hoist", "names no material, or no load_material");
-  if (auto done = y->finish(); !done) return done.error();
-  if (auto usable = check_rig(scene.camera.rig, path + " camera"); !usable) return usable.error();
-  return scene;
 }
 
 }  // namespace crane

@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
 #include "geometry/stereo_rig.hpp"
+#include "recording/image_file.hpp"
 #include "recording/truth.hpp"
+#include "sim/faults.hpp"
 
 namespace crane {
 
@@ -21,6 +24,14 @@ struct Material {
   double grain_m = 0.01;                     ///< size of the coarsest grain
   double gloss = 0;                          ///< strength of highlights, 0..1
   double shininess = 60;                     ///< sharpness of highlights
+  double mirror = 0, glass = 0;              ///< shares of the light reflected, let through
+  enum class Pattern { kNone, kChecker, kGrating, kStripesX, kStripesY, kBricks, kDots };
+  Pattern pattern = Pattern::kNone;  ///< exactly periodic, in map coordinates
+  double period_m = 0.1;
+  double pattern_dark = 0.4;  ///< factor on the colour where the pattern is dark
+  /// A photograph over the surface instead of a colour, tile by tile of `photo_m` [m] width.
+  std::shared_ptr<const Image> photo;
+  double photo_m = 1;
 };
 
 /// A rectangle that shines down, centre and size [m].
@@ -28,6 +39,13 @@ struct Lamp {
   Eigen::Vector3d centre{0, 0, 4};
   double size_x_m = 0.4, size_y_m = 0.4;
   double power = 1;
+  double from_s = 0, until_s = std::numeric_limits<double>::infinity();  ///< it is on
+};
+
+/// Light from the windows: the ambient light swells and fades.
+struct Daylight {
+  double swing = 0;  ///< share of the ambient light
+  double period_s = 60;
 };
 
 struct SceneObstacle {
@@ -35,6 +53,16 @@ struct SceneObstacle {
   std::string material;
   double base_m = 0;  ///< height of its lower side
   double from_s = 0, until_s = std::numeric_limits<double>::infinity();  ///< it is there
+  struct Step {
+    double time_s = 0, x_m = 0, y_m = 0;
+  };
+  std::vector<Step> track;  ///< where its middle is, straight in between; empty: it stands
+  Eigen::Vector3f texture_origin = Eigen::Vector3f::Zero();  ///< its texture moves along
+};
+
+/// A rectangular hole in the floor.
+struct ScenePit {
+  double x0_m = 0, y0_m = 0, x1_m = 0, y1_m = 0, depth_m = 1;
 };
 
 /// Hook and load below the trolley, and what the crane's controller says of them.
@@ -60,7 +88,29 @@ struct SceneCamera {
   double exposure = 1;      ///< factor on all light
   double noise_grey = 1.5;  ///< standard deviation of the sensor, grey levels
   bool colour = true;
-  int samples = 2;  ///< rays a pixel
+  int samples = 2;            ///< rays a pixel
+  double exposure_right = 1;  ///< factor on the light of the right camera alone
+  double vignette = 0;        ///< share of the light lost in the corners
+  double exposure_s = 0;      ///< how long a pixel collects light: motion blurs
+  double readout_s = 0;       ///< from the first row to the last: rolling shutter
+  /// Electrons of a white pixel: light arrives in quanta, and reading adds its own noise, instead
+  /// of noise_grey; 0 = off. `gain` comes after both.
+  double full_well_e = 0, read_noise_e = 5, gain = 1;
+  int bits = 8;                                 ///< or 12, in 16-bit PNG files without colour
+  int dust = 0, drops = 0;                      ///< specks and water drops on each lens
+  double dust_radius_px = 25, dust_dark = 0.6;  ///< share of the light that a speck takes
+  double drop_radius_px = 40;
+};
+
+/// How the camera really moves while cart and trolley do what they are told to: nobody says.
+struct UntoldMotion {
+  double skew_deg = 0, skew_deg_per_m = 0;  ///< turn about z, and by metre of the trolley
+  double sway_roll_deg = 0, sway_pitch_deg = 0, sway_period_s = 3;
+  double vibration_deg = 0, vibration_m = 0, vibration_hz = 12;
+  [[nodiscard]] bool any() const {
+    return skew_deg != 0 || skew_deg_per_m != 0 || sway_roll_deg != 0 || sway_pitch_deg != 0 ||
+           vibration_deg != 0 || vibration_m != 0;
+  }
 };
 
 struct SceneRangefinder {
@@ -80,6 +130,21 @@ struct SceneMotion {
   double duration_s = 60;
 };
 
+/// What a map of the scene must keep. See shared/sim/scenes/workshop/README.md.
+struct SceneBound {
+  struct Limits {
+    std::string obstacle;                       ///< empty: the whole map
+    std::map<std::string, double> least, most;  ///< by quantity
+  };
+  std::vector<Limits> limits;
+};
+
+/// The small version of a scene, for quick tests: a part of the image, the first frames.
+struct SceneQuick {
+  std::uint32_t width = 0, height = 0;  ///< [px] 0 = there is none
+  std::size_t frames = 0;
+};
+
 struct Scene {
   std::string name;
   std::uint64_t seed = 1;
@@ -89,13 +154,23 @@ struct Scene {
   std::map<std::string, Material> materials;
   std::string floor_material;
   double ambient = 0.25;
+  Daylight daylight;
   std::vector<Lamp> lamps;
   std::vector<SceneObstacle> obstacles;
+  std::vector<ScenePit> pits;
   std::optional<SceneHoist> hoist;
+  UntoldMotion untold;
+  std::vector<Fault> faults;  ///< of what is written, not of what is rendered
+  SceneBound bound;
+  SceneQuick quick;
 };
 
 /// Cart and trolley at a time since the start.
 Eigen::Vector2d gantry_at(const SceneMotion& motion, double seconds);
+
+/// What the mount does that nobody says, as a motion of the map frame; the identity when nothing.
+Eigen::Isometry3d untold_at(const UntoldMotion& motion, const Eigen::Vector2d& gantry,
+                            double seconds);
 
 /// Hook and load at a time since the start.
 struct HoistPose {
@@ -111,5 +186,8 @@ std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, doubl
 
 /// Error: Configuration with every problem of the file and its line.
 Result<Scene> read_scene(const std::string& path);
+
+/// The small version: the middle of the image, so that a pixel sees as much as before.
+Scene make_quick(Scene scene);
 
 }  // namespace crane

@@ -5,11 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <thread>
 
 #include "config/site_config.hpp"
 #include "recording/recording_writer.hpp"
-#include "sim/renderer.hpp"
+#include "sim/truth_writer.hpp"
 
 namespace crane {
 namespace {
@@ -18,62 +17,6 @@ constexpr TimeNs kStart = 1'700'000'000'000'000'000;
 
 TimeNs to_time(double seconds) {
   return kStart + std::llround(seconds * 1e9);
-}
-
-Result<void> write_depth(const std::string& folder, TimeNs time, const Renderer& renderer,
-                         const StereoRig& rig, const Eigen::Vector2d& at) {
-  // Same format as the height map, without its geometry: 16-bit millimetres.
-  HeightMap image;
-  image.columns = rig.left.width;
-  image.rows = rig.left.height;
-  for (float m : renderer.depth(at.x(), at.y()))
-    image.height_mm.push_back(
-        static_cast<std::uint16_t>(std::clamp(m * 1000 + 0.5F, 0.0F, 65'535.0F)));
-  const std::string path = folder + "/truth/depth0/" + std::to_string(time) + ".png";
-  auto written = write_height_map(path, image);
-  std::error_code ignored;
-  std::filesystem::remove(std::filesystem::path(path).replace_extension(".yaml"), ignored);
-  return written;
-}
-
-Result<void> write_truth(const std::string& folder, const Scene& scene, const Renderer& renderer,
-                         const std::vector<Eigen::Vector2d>& seen_from, double end_s, double cell) {
-  const CameraModel& c = scene.camera.rig.left;
-  const double height = scene.camera.rig.camera_height_m();
-  const double reach = height * std::hypot(c.width / c.fx_px, c.height / c.fy_px) / 2 * 1.2;
-  HeightMap map;
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& p : seen_from) box.extend(p);
-  map.cell_m = cell;
-  map.origin_x_m = std::floor((box.min().x() - reach) / cell) * cell;
-  map.origin_y_m = std::floor((box.min().y() - reach) / cell) * cell;
-  map.columns =
-      static_cast<std::uint32_t>(std::ceil((box.max().x() + reach - map.origin_x_m) / cell));
-  map.rows = static_cast<std::uint32_t>(std::ceil((box.max().y() + reach - map.origin_y_m) / cell));
-  map.height_mm.assign(std::size_t(map.columns) * map.rows, HeightMap::kNeverSeen);
-  const auto work = [&](std::uint32_t first) {
-    for (std::uint32_t row = first; row < map.rows; row += 2)
-      for (std::uint32_t column = 0; column < map.columns; ++column) {
-        const double x = map.origin_x_m + (column + 0.5) * cell;
-        const double y = map.origin_y_m + (row + 0.5) * cell;
-        const double z = renderer.height_m(x, y);
-        const bool seen = std::any_of(seen_from.begin(), seen_from.end(), [&](const auto& from) {
-          return renderer.sees(from.x(), from.y(), {x, y, z});
-        });
-        if (seen)
-          map.height_mm[std::size_t(row) * map.columns + column] =
-              static_cast<std::uint16_t>(std::lround(std::clamp(z * 1000, 0.0, 65'534.0)));
-      }
-  };
-  {
-    const std::jthread odd(work, 1U);
-    work(0);
-  }
-  if (auto r = write_height_map(folder + "/truth/height_map.png", map); !r) return r;
-  std::vector<TrueObstacle> obstacles;
-  for (const SceneObstacle& o : scene.obstacles)
-    if (o.from_s <= end_s && end_s < o.until_s) obstacles.push_back(o.shape);
-  return write_obstacles(folder + "/truth/obstacles.yaml", obstacles);
 }
 
 /// hoist_state as the controller would say it.
@@ -119,6 +62,58 @@ Result<void> write_site(const Scene& scene, const std::string& folder) {
                "check permissions and free space"};
 }
 
+struct Readings {
+  std::vector<RecordedDistance> cart, trolley;
+};
+
+/// What the rangefinders say: where the axes were `delay` before the time stamp, with noise.
+Readings measure(const Scene& scene, double end_s) {
+  std::mt19937_64 random(scene.seed);
+  std::normal_distribution<double> noise(0, std::max(scene.rangefinder.sigma_m, 1e-12));
+  const double step = 1 / scene.rangefinder.rate_hz;
+  const double delay = scene.rangefinder.delay_ms * 1e-3;
+  const auto count = static_cast<std::int64_t>((end_s + 0.6) / step);
+  Readings out;
+  for (std::int64_t i = 0; i <= count; ++i) {
+    const double stamp = -0.3 + double(i) * step;
+    const Eigen::Vector2d at = gantry_at(scene.motion, stamp - delay);
+    out.cart.push_back({to_time(stamp), at.x() + noise(random)});
+    out.trolley.push_back({to_time(stamp), at.y() + noise(random)});
+  }
+  return out;
+}
+
+/// One pair of images.
+Result<void> add_frame(const Scene& scene, const SimulateOptions& options, const Renderer& renderer,
+                       const Eigen::Vector2d& at, std::size_t n, double seconds,
+                       RecordingWriter& writer) {
+  const TimeNs time = to_time(seconds);
+  const Image left = renderer.render(true, at.x(), at.y(), n, seconds);
+  const Image right = renderer.render(false, at.x(), at.y(), n, seconds);
+  const bool deep = scene.camera.bits > 8;
+  if (auto r = writer.add_frame(time, left, right, deep ? "png" : options.format); !r) return r;
+  if (!deep) return {};
+  // Over the images of 8 bits, under the same names.
+  for (const bool is_left : {true, false}) {
+    const CameraModel& c = is_left ? scene.camera.rig.left : scene.camera.rig.right;
+    const std::string path =
+        options.folder + (is_left ? "/cam0/data/" : "/cam1/data/") + std::to_string(time) + ".png";
+    if (auto r = write_grey16(path, c.width, c.height,
+                              renderer.render_deep(is_left, at.x(), at.y(), n, seconds));
+        !r)
+      return r;
+  }
+  return {};
+}
+
+/// Whether what stands there is not always the same.
+bool changes(const Scene& scene) {
+  return scene.hoist ||
+         std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [](const SceneObstacle& o) {
+           return o.from_s > 0 || std::isfinite(o.until_s) || !o.track.empty();
+         });
+}
+
 }  // namespace
 
 Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
@@ -134,43 +129,37 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   model.rate_hz = scene.rangefinder.rate_hz;
   for (const Eigen::Vector2d& p : motion.points)
     model.range_m = std::max({model.range_m, std::abs(p.x()) + 1, std::abs(p.y()) + 1});
-  auto writer = RecordingWriter::create(options.folder, scene.camera.rig, 1 / interval, model);
+  std::vector<Fault> faults = scene.faults;
+  faults.insert(faults.end(), options.faults.begin(), options.faults.end());
+  StereoRig told = told_rig(scene.camera.rig, faults);
+  if (scene.camera.bits > 8) told.left.bits = told.right.bits = scene.camera.bits;
+  if (auto usable = check_rig(told, "the rig with its faults"); !usable) return usable;
+  auto writer = RecordingWriter::create(options.folder, told, 1 / interval, model);
   if (!writer) return writer.error();
   std::error_code failed;
   std::filesystem::create_directories(options.folder + "/truth/depth0", failed);
 
-  // A reading says where the axis was `delay` before its time stamp.
-  std::mt19937_64 random(scene.seed);
-  std::normal_distribution<double> noise(0, std::max(scene.rangefinder.sigma_m, 1e-12));
-  const double step = 1 / scene.rangefinder.rate_hz;
-  const double delay = scene.rangefinder.delay_ms * 1e-3;
   const double end = double(frames - 1) * interval;
-  const auto readings = static_cast<std::int64_t>((end + 0.6) / step);
-  for (std::int64_t i = 0; i <= readings; ++i) {
-    const double stamp = -0.3 + double(i) * step;
-    const Eigen::Vector2d at = gantry_at(motion, stamp - delay);
-    for (const bool cart : {true, false}) {
-      const double m = (cart ? at.x() : at.y()) + noise(random);
-      auto r = cart ? writer->add_cart(to_time(stamp), m) : writer->add_trolley(to_time(stamp), m);
-      if (!r) return r;
-    }
-  }
+  Readings readings = measure(scene, end);
+  const std::size_t middle_frame = frames / 2;
+  const TimeNs middle = to_time(double(middle_frame) * interval);
+  spoil(readings.cart, faults, true, middle);
+  spoil(readings.trolley, faults, false, middle);
+  for (const RecordedDistance& r : readings.cart)
+    if (auto added = writer->add_cart(r.time, r.distance_m); !added) return added;
+  for (const RecordedDistance& r : readings.trolley)
+    if (auto added = writer->add_trolley(r.time, r.distance_m); !added) return added;
   if (scene.hoist)
     if (auto r = write_hoist(*scene.hoist, end, *writer); !r) return r;
-  const bool changes = scene.hoist || std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
-                                                  [](const SceneObstacle& o) {
-                                                    return o.from_s > 0 || std::isfinite(o.until_s);
-                                                  });
   std::vector<Eigen::Vector2d> seen_from;
   for (std::size_t n = 0; n < frames; ++n) {
     const double seconds = double(n) * interval;
     const Eigen::Vector2d at = gantry_at(motion, seconds);
-    if (changes) renderer.show(obstacles_at(scene, seconds));
-    const Image left = renderer.render(true, at.x(), at.y(), n);
-    const Image right = renderer.render(false, at.x(), at.y(), n);
-    if (auto r = writer->add_frame(to_time(seconds), left, right, options.format); !r) return r;
+    if (changes(scene)) renderer.show(obstacles_at(scene, seconds));
+    if (auto r = add_frame(scene, options, renderer, at, n, seconds, *writer); !r) return r;
     if (!motion.continuous) {
-      if (auto r = write_depth(options.folder, to_time(seconds), renderer, scene.camera.rig, at);
+      if (auto r = write_depth(options.folder, to_time(seconds), renderer, scene.camera.rig, at,
+                               seconds);
           !r)
         return r;
     }

@@ -31,7 +31,7 @@ struct Series {
   explicit Series(std::string title) : name(std::move(title)) {}
   std::string name;
   std::vector<Range> errors;  ///< per obstacle
-  Range cloud_ms, update_ms, unsafe, missed, phantom, coverage, free_precision;
+  Range cloud_ms, update_ms, unsafe, missed, phantom, coverage, cleared, free_precision;
   Outcome last;
 
   void add(Outcome outcome) {
@@ -44,6 +44,8 @@ struct Series {
     missed.add(100 * outcome.judgement.missed);
     phantom.add(100 * outcome.judgement.phantom);
     coverage.add(100 * outcome.judgement.coverage);
+    cleared.add(100 *
+                outcome.cells.all.share(outcome.cells.all.cleared + outcome.cells.all.hollow));
     free_precision.add(outcome.free_voxels > 0 ? 100 * outcome.free_precision : 0);
     last = std::move(outcome);
   }
@@ -70,6 +72,8 @@ void error_table(Document& d, const std::vector<Series>& all) {
   line("unsafe columns [%], mean", [](const Series& s) { return fixed(s.unsafe.mean(), 3); });
   line("missed columns [%], mean", [](const Series& s) { return fixed(s.missed.mean(), 3); });
   line("phantom columns [%], mean", [](const Series& s) { return fixed(s.phantom.mean(), 3); });
+  line("cells cleared or hollow [%], worst",
+       [](const Series& s) { return fixed(s.cleared.most, 3); });
   line("coverage [%], mean", [](const Series& s) { return fixed(s.coverage.mean(), 1); });
   line("free voxels truly free [%], worst", [](const Series& s) {
     return s.last.free_voxels > 0 ? fixed(s.free_precision.least, 3) : std::string("none known");
@@ -114,7 +118,7 @@ void hard_spots(Document& d, const Scene& scene, const std::vector<Series>& all)
     // Under the seat, clear of the legs: what there is must be floor, not something in between.
     std::size_t floor = 0;
     std::size_t between = 0;
-    for (const OccupiedCube& v : s.last.occupied) {
+    for (const MapCube& v : s.last.occupied) {
       const Eigen::Vector2d p = local(v.x_m, v.y_m);
       if (std::abs(p.x()) > c.size_x_m / 2 - kLegs || std::abs(p.y()) > c.size_y_m / 2 - kLegs)
         continue;

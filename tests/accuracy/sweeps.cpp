@@ -193,7 +193,8 @@ Result<void> run(Bench& bench, const Sweep& sweep) {
       auto outcome = run_trial(*recording, scene, sweep.variants[i].method(value));
       if (!outcome) {  // PCL refuses a cloud with strays too far away: that is a result, too
         plot.lines[i].values.push_back(0);
-        rows.push_back({label + ", " + sweep.variants[i].name, "no map", "", "", "", "", ""});
+        rows.push_back(
+            {label + ", " + sweep.variants[i].name, "no map", "", "", "", "", "", "", ""});
         notes.push_back(label + ", " + sweep.variants[i].name + ": " + outcome.error().text());
         continue;
       }
@@ -203,6 +204,7 @@ Result<void> run(Bench& bench, const Sweep& sweep) {
       rows.push_back({label + ", " + sweep.variants[i].name, fixed(outcome->worst_percent(), 2),
                       fixed(outcome->mean_percent(), 2), fixed(100 * j.coverage, 1),
                       fixed(100 * j.unsafe, 3), fixed(100 * j.missed, 3), fixed(100 * j.phantom, 3),
+                      fixed(100 * outcome->cells.all.share(outcome->cells.all.cleared), 3),
                       fixed(1000 * outcome->offset_m, 1)});
     }
   }
@@ -210,7 +212,7 @@ Result<void> run(Bench& bench, const Sweep& sweep) {
   bench.document.section(sweep.title);
   bench.document.plot(plot);
   bench.document.table({sweep.axis, "worst height [%]", "mean height [%]", "coverage [%]",
-                        "unsafe [%]", "missed [%]", "phantom [%]", "offset [mm]"},
+                        "unsafe [%]", "missed [%]", "phantom [%]", "cleared [%]", "offset [mm]"},
                        rows);
   for (const std::string& note : notes) bench.document.text(note);
   return {};

@@ -135,8 +135,8 @@ void for_each_known(const OccupancyMap& map, Fn fn) {
 }
 
 Result<void> judge_map(const OccupancyMap& map, const Recording& recording, const Scene& scene,
-                       Outcome& out) {
-  auto truth = read_height_map(recording.folder() + "/truth/height_map.png");
+                       const Method& method, Outcome& out) {
+  auto truth = read_truth(recording.folder() + "/truth");
   if (!truth) return truth.error();
   std::uint64_t wrong = 0;
   for_each_known(map, [&](Occupancy class_, double x, double y, double z) {
@@ -145,13 +145,17 @@ Result<void> judge_map(const OccupancyMap& map, const Recording& recording, cons
       return;
     }
     ++out.free_voxels;
+    if (!method.free_precision) return;
     if (z < 0 ||
         std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [&](const SceneObstacle& o) {
           return inside(o, {x, y, z});
         }))
       ++wrong;
   });
-  out.judgement = judge(out.occupied, map.voxel_m(), *truth);
+  Evaluation evaluation = evaluate(JudgedMap::from_map(map), *truth, {method.queries});
+  out.judgement = evaluation.columns;
+  out.cells = std::move(evaluation.cells);
+  out.clearance = std::move(evaluation.clearance);
   if (out.free_voxels > 0) out.free_precision = 1 - double(wrong) / double(out.free_voxels);
   return {};
 }
@@ -253,7 +257,8 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   out.heights = measure(out.grid, obstacles);
   for (const TrueObstacle& o : obstacles)
     if (o.kind != "chair") out.offset_m = std::max(out.offset_m, offset_of(o, out.grid));
-  if (auto judged = judge_map(builder.map(), recording, scene, out); !judged) return judged.error();
+  if (auto judged = judge_map(builder.map(), recording, scene, method, out); !judged)
+    return judged.error();
   if (auto sized = measure_files(builder, recording.folder(), out); !sized) return sized.error();
   return out;
 }

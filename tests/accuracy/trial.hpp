@@ -6,7 +6,7 @@
 
 #include "config/site_config.hpp"
 #include "cranemap/obstacle_heights.hpp"
-#include "mapping/map_judge.hpp"
+#include "evaluation/evaluation.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "recording/recording.hpp"
 #include "sim/scene.hpp"
@@ -22,6 +22,8 @@ struct Method {
   /// Told of the map after each frame.
   std::function<void(std::size_t frame, const OccupancyMap& map)> watch;
   bool nearest_position = false;  ///< the rangefinders' nearest reading, not interpolated
+  bool free_precision = true;     ///< judge every free voxel too
+  std::size_t queries = 0;        ///< random clearance queries against the truth
   bool voxel_tops = false;        ///< heights as they are read off an octree: tops of voxels
 };
 
@@ -32,7 +34,9 @@ Method paper_method(double voxel_m, int outlier_neighbours = 50, double outlier_
 /// What one recording became, against its truth.
 struct Outcome {
   std::vector<ObstacleHeight> heights;
-  Judgement judgement;
+  Judgement judgement;  ///< by columns
+  CellJudgement cells;
+  ClearanceTrial clearance;
   std::uint64_t free_voxels = 0;
   double free_precision = 1;  ///< share of them whose centre is not inside anything
   std::size_t frames = 0;     ///< in the map
@@ -40,7 +44,7 @@ struct Outcome {
   double update_ms = 0;       ///< clouds to published map: mean of an update
   std::size_t pcd_bytes = 0, ot_bytes = 0, bt_bytes = 0;
   client::HeightGrid grid;
-  std::vector<OccupiedCube> occupied;
+  std::vector<MapCube> occupied;
   /// How far the middle of an obstacle's top lies from where it is, largest of all; chairs apart.
   double offset_m = 0;
 

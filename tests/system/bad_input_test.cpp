@@ -52,6 +52,25 @@ TEST_F(BadInput, UnknownConfigurationKey) {
          "site.yaml:2: unknown key 'mapper.voxels'");
 }
 
+TEST_F(BadInput, AMapFileThatWasCutIsNotJudged) {
+  const std::string header = "# Octomap OcTree file\nid ColorOcTree\nsize 900\nres 0.05\ndata\n";
+  std::ofstream(folder_ / "cut.ot", std::ios::binary) << header << std::string(70, '\x01');
+  expect(test::run({"evaluate", folder_ / "cut.ot", rig_recording() + "/truth"}, folder_.path()), 2,
+         "is cut");
+  std::ofstream(folder_ / "empty.bt") << "";
+  expect(test::run({"evaluate", folder_ / "empty.bt", rig_recording() + "/truth"}, folder_.path()),
+         2, "is no OctoMap file");
+}
+
+TEST_F(BadInput, AFaultThatCannotBeSimulatedIsNamedWithThoseThatCan) {
+  for (const char* fault : {"toe=1", "toe_in", "toe_in=many"})
+    expect(test::run({"simulate", CRANEMAP_SOURCE_DIR "/shared/sim/scenes/rig.yaml", "--out",
+                      folder_ / "spoilt", "--fault", fault},
+                     folder_.path()),
+           2, "trolley_");
+  EXPECT_FALSE(fs::exists(folder_ / "spoilt"));
+}
+
 TEST_F(BadInput, UnknownOption) {
   expect(test::run({"run", rig_recording(), "--out", folder_ / "out", "--vocsel", "x"},
                    folder_.path()),

@@ -11,7 +11,6 @@
 #include "cloud/pcl_filters.hpp"
 #include "crane/client/map.hpp"
 #include "map_codec/octomap_file.hpp"
-#include "mapping/map_judge.hpp"
 #include "process.hpp"
 #include "temp_folder.hpp"
 
@@ -101,7 +100,7 @@ TEST(Run, MapsTheRigWithoutLosingAFrameAndWithinTheBounds) {
   const auto bt = read_octomap(out + "/map.bt");
   ASSERT_TRUE(bt) << bt.error().text();
   EXPECT_GT(bt->occupied.size(), 50'000U);
-  EXPECT_GT(bt->free_leaves, 10'000U);
+  EXPECT_GT(bt->free.size(), 10'000U);
   const auto ot = read_octomap(out + "/map.ot");
   ASSERT_TRUE(ot) << ot.error().text();
   EXPECT_TRUE(ot->coloured);

@@ -8,7 +8,6 @@
 #include "mapping/forgetting.hpp"
 #include "mapping/heights.hpp"
 #include "mapping/hoist_mask.hpp"
-#include "mapping/map_judge.hpp"
 #include "mapping/projective_integrator.hpp"
 #include "mapping/proven_space.hpp"
 #include "sim/renderer.hpp"
@@ -598,32 +597,6 @@ TEST(Heights, CountTheFramesThatTheyRestOn) {
     EXPECT_EQ(heights[5 * 32 + 5].views, views);
     EXPECT_EQ(heights[31 * 32 + 31].views, 0);
   }
-}
-
-TEST(MapJudge, CountsUnsafeMissedAndPhantomColumns) {
-  HeightMap truth;
-  truth.cell_m = 0.1;
-  truth.columns = truth.rows = 20;
-  truth.height_mm.assign(400, 0);
-  for (int row = 8; row < 12; ++row)
-    for (int column = 8; column < 12; ++column)
-      truth.height_mm[std::size_t(row * 20 + column)] = 1000;
-  std::vector<OccupiedCube> map;
-  for (int row = 0; row < 20; ++row)
-    for (int column = 0; column < 20; ++column)
-      map.push_back({column * 0.1 + 0.05, row * 0.1 + 0.05, 0.05, 0.1});
-  Judgement flat = judge(map, 0.1, truth);
-  EXPECT_EQ(flat.obstacle_columns, 16U);
-  EXPECT_DOUBLE_EQ(flat.unsafe, 1.0);
-  EXPECT_DOUBLE_EQ(flat.missed, 1.0);
-  for (int row = 8; row < 12; ++row)
-    for (int column = 8; column < 12; ++column)
-      map.push_back({column * 0.1 + 0.05, row * 0.1 + 0.05, 0.95, 0.1});
-  const Judgement right = judge(map, 0.1, truth);
-  EXPECT_DOUBLE_EQ(right.unsafe, 0);
-  EXPECT_DOUBLE_EQ(right.phantom, 0);
-  map.push_back({0.25, 0.25, 1.55, 0.1});
-  EXPECT_GT(judge(map, 0.1, truth).phantom, 0);
 }
 
 }  // namespace

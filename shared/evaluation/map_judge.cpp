@@ -1,6 +1,7 @@
-#include "mapping/map_judge.hpp"
+#include "evaluation/map_judge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/expects.hpp"
@@ -31,7 +32,7 @@ double share(std::size_t part, std::size_t whole) {
 
 }  // namespace
 
-Judgement judge(const std::vector<OccupiedCube>& occupied, double voxel_m, const HeightMap& truth) {
+Judgement judge(const std::vector<MapCube>& occupied, double voxel_m, const HeightMap& truth) {
   expects(voxel_m > 0 && truth.cell_m > 0, "sizes are positive");
   const int width = int(std::ceil(truth.columns * truth.cell_m / voxel_m)) + 2;
   const int height = int(std::ceil(truth.rows * truth.cell_m / voxel_m)) + 2;
@@ -43,23 +44,34 @@ Judgement judge(const std::vector<OccupiedCube>& occupied, double voxel_m, const
   };
 
   Grid mapped(width, height, kNothing);
-  for (const OccupiedCube& o : occupied)
-    for (double x = o.x_m - o.size_m / 2 + voxel_m / 2; x < o.x_m + o.size_m / 2; x += voxel_m)
-      for (double y = o.y_m - o.size_m / 2 + voxel_m / 2; y < o.y_m + o.size_m / 2; y += voxel_m) {
-        const int i = column(x);
-        const int j = row(y);
+  for (const MapCube& o : occupied) {
+    // Only what lies over the truth: the cubes of a strange map may be as large as a plant.
+    const auto steps = [&](double centre, double origin, int count) {
+      const double first = centre - o.size_m / 2 + voxel_m / 2;
+      const double last = std::round(o.size_m / voxel_m) - 1;
+      const double low = std::max(0.0, std::floor((origin - first) / voxel_m) - 1);
+      const double high = std::min(last, std::ceil((origin - first) / voxel_m + count) + 1);
+      return std::array<double, 3>{first, low, high};
+    };
+    const auto [x0, first_x, last_x] = steps(o.x_m, truth.origin_x_m, width);
+    const auto [y0, first_y, last_y] = steps(o.y_m, truth.origin_y_m, height);
+    for (double nx = first_x; nx <= last_x; ++nx)
+      for (double ny = first_y; ny <= last_y; ++ny) {
+        const int i = column(x0 + nx * voxel_m);
+        const int j = row(y0 + ny * voxel_m);
         if (i < 0 || j < 0 || i >= width || j >= height) continue;
         mapped.at(i, j) = std::max(mapped.at(i, j), float(o.z_m + o.size_m / 2));
       }
+  }
   Grid highest(width, height, kNothing);
   Grid lowest(width, height, -kNothing);
   for (std::uint32_t r = 0; r < truth.rows; ++r)
     for (std::uint32_t c = 0; c < truth.columns; ++c) {
-      const std::uint16_t mm = truth.height_mm[std::size_t(r) * truth.columns + c];
-      if (mm == HeightMap::kNeverSeen) continue;
+      const std::size_t cell = std::size_t(r) * truth.columns + c;
+      if (!truth.seen(cell)) continue;
       const int i = column(truth.origin_x_m + (c + 0.5) * truth.cell_m);
       const int j = row(truth.origin_y_m + (r + 0.5) * truth.cell_m);
-      const float h = float(mm) / 1000;
+      const float h = float(truth.height_mm[cell]) / 1000 + float(truth.offset_m);
       highest.at(i, j) = std::max(highest.at(i, j), h);
       lowest.at(i, j) = std::min(lowest.at(i, j), h);
     }
@@ -90,7 +102,15 @@ Judgement judge(const std::vector<OccupiedCube>& occupied, double voxel_m, const
         }
       }
       if (!have) continue;
-      phantom += mapped_m > highest.highest_near(i, j, 2) + tolerance ? 1 : 0;
+      const double excess = mapped_m - highest.highest_near(i, j, 2);
+      if (mapped_m > highest.highest_near(i, j, 2) + tolerance) {
+        ++phantom;
+        if (excess > out.phantom_excess_m) {
+          out.phantom_excess_m = excess;
+          out.phantom_x_m = truth.origin_x_m + (i + 0.5) * voxel_m;
+          out.phantom_y_m = truth.origin_y_m + (j + 0.5) * voxel_m;
+        }
+      }
       if (true_m - lowest.at(i, j) < voxel_m / 2)
         errors.push_back(std::abs(mapped_m - voxel_m / 2 - true_m));
     }
