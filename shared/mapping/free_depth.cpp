@@ -156,14 +156,17 @@ void FreeDepth::find_blind() {
   while (r0 < r1 && bare(in_row[r0], width)) ++r0;
   while (r1 > r0 && bare(in_row[r1 - 1], width)) --r1;
   blind_.assign(width * height, 0);
-  // Patches of 3 x 3 cells: what is smaller is noise.
+  // Patches of 3 x 3 cells, with their rim: what is smaller is noise.
   for (std::size_t r = r0 + 1; r + 1 < r1; ++r)
     for (std::size_t c = c0 + 1; c + 1 < c1; ++c) {
       const std::uint8_t* here = empty.data() + r * width + c;
       const auto three = [](const std::uint8_t* p) { return p[-1] & p[0] & p[1]; };
       if ((three(here - width) & three(here) & three(here + width)) == 0) continue;
-      for (std::size_t k = r - 1; k <= r + 1; ++k)
-        std::fill_n(blind_.begin() + std::ptrdiff_t(k * width + c - 1), 3, kNone);
+      const std::size_t left = std::max(c, c0 + 2) - 2;
+      const std::size_t right = std::min(c + 3, c1);
+      for (std::size_t k = std::max(r, r0 + 2) - 2; k < std::min(r + 3, r1); ++k)
+        std::fill(blind_.begin() + std::ptrdiff_t(k * width + left),
+                  blind_.begin() + std::ptrdiff_t(k * width + right), kNone);
     }
 }
 

@@ -24,7 +24,7 @@ std::optional<Cause> check_cloud(CloudSample& cloud, std::uint64_t calibration) 
     return Cause::kCloudMisfit;
   // At a disparity of an eighth of a pixel nothing is measured any more.
   const auto farthest = static_cast<float>(8 * f.f_px * f.baseline_m);
-  for (float& depth : cloud.depth_m) depth = depth > 0 && depth <= farthest ? depth : 0.F;
+  for (float& depth : cloud.depth_m) depth = std::abs(depth) <= farthest ? depth : 0.F;
   return std::nullopt;
 }
 

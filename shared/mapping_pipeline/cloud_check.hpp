@@ -9,7 +9,7 @@ namespace crane {
 
 /// What comes from outside becomes trusted here: sizes that fit each other, a camera model that can
 /// be, a rotation that only turns, the calibration `calibration`. Depths that cannot be measured
-/// (not finite, negative, beyond what the baseline resolves) become "no match". Returns why the
+/// (not finite, beyond what the baseline resolves) become "no match". Returns why the
 /// cloud cannot be used, if so.
 std::optional<Cause> check_cloud(CloudSample& cloud, std::uint64_t calibration);
 

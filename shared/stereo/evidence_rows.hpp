@@ -18,11 +18,11 @@ struct EvidenceRow {
 
 /// What is asked of a row around a pixel. Brightness in grey levels.
 struct EvidenceLimits {
-  float noise = 4;           ///< variance of one pixel's brightness
-  float residual = 3;        ///< variance of the difference of the images, in that of their noise
-  float weak_residual = 10;  ///< up to here a match is still likely
-  float slip_px = 0.35F;     ///< error of a good disparity
-  float texture = 2;         ///< sum of squared gradients, in what noise alone gives
+  float noise = 4;          ///< variance of one pixel's brightness
+  float residual = 3;       ///< variance of the difference of the images, in that of their noise
+  float weak_residual = 7;  ///< up to here a match is still likely
+  float slip_px = 0.35F;    ///< error of a good disparity
+  float texture = 2;        ///< sum of squared gradients, in what noise alone gives
 };
 
 /// Bits of what was found.

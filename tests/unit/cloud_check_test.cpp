@@ -53,7 +53,7 @@ TEST(CloudCheck, DepthsThatCannotBeMeasuredAreNoMatch) {
   CloudSample c = good();
   c.depth_m[0] = std::numeric_limits<float>::infinity();
   c.depth_m[1] = std::numeric_limits<float>::quiet_NaN();
-  c.depth_m[2] = -1;
+  c.depth_m[2] = -1e9F;
   c.depth_m[3] = 1e9F;
   EXPECT_FALSE(check_cloud(c, 7));
   for (std::size_t i = 0; i < c.depth_m.size(); ++i) EXPECT_EQ(c.depth_m[i], i < 4 ? 0 : 2);
