@@ -28,6 +28,7 @@ class Player {
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
+        stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
         writer_(std::move(writer)),
         calibration_(calibration_digest(recording_.rig())) {}
 
@@ -118,18 +119,22 @@ class Player {
   }
 
   /// Decodes frame n into left_ and right_. False: unreadable, counted and skipped.
+  /// Error: Configuration.
   Result<bool> load(std::int64_t n) {
     const RecordedFrame& frame = recording_.frame(n);
     const Stopwatch watch;
     for (bool is_left : {true, false}) {
-      auto image = read_image(is_left ? frame.left_file : frame.right_file, v1::MAX_PIXELS);
-      const CameraModel& model = recording_.rig().left;
+      const CameraModel& model = is_left ? recording_.rig().left : recording_.rig().right;
+      auto image =
+          read_image(is_left ? frame.left_file : frame.right_file, v1::MAX_PIXELS, model.bits);
       if (image && (image->width != model.width || image->height != model.height))
         image = Error{ErrorCode::kWrongSize, is_left ? frame.left_file : frame.right_file,
                       std::to_string(image->width) + " x " + std::to_string(image->height) +
                           " pixels, sensor.yaml says " + std::to_string(model.width) + " x " +
                           std::to_string(model.height),
                       "use the calibration of this camera at this resolution"};
+      // Of no image of this camera could be made more: sensor.yaml must say it.
+      if (!image && image.error().code == ErrorCode::kConfiguration) return image.error();
       if (!image) {
         log_error(image.error().text());
         if (unreadable_.insert(n).second) status().dropped.add(Cause::kImageUnreadable);
@@ -168,7 +173,7 @@ class Player {
     sample->stream(options_.stream);
     sample->sequence_number(static_cast<std::uint64_t>(n));
     sample->after(after);
-    sample->exposure_time_ns(recording_.frame_time(n));
+    sample->exposure_time_ns(recording_.frame_time(n) + stamp_offset_);
     sample->calibration(calibration_);
     sample->width(left_.width);
     sample->height(left_.height);
@@ -187,6 +192,7 @@ class Player {
   const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
+  TimeNs stamp_offset_;
   dds::Writer<dds::StereoFrameTopic> writer_;
   std::uint64_t calibration_;  ///< digest
   Image left_, right_;

@@ -17,7 +17,12 @@ static_assert(int(client::Reason::kNone) == v1::CLEARANCE_NONE &&
               int(client::Reason::kObstacle) == v1::CLEARANCE_OBSTACLE &&
               int(client::Reason::kUnknown) == v1::CLEARANCE_UNKNOWN &&
               int(client::Reason::kStale) == v1::CLEARANCE_STALE &&
-              int(client::Reason::kZone) == v1::CLEARANCE_ZONE);
+              int(client::Reason::kZone) == v1::CLEARANCE_ZONE &&
+              int(client::Reason::kFewViews) == v1::CLEARANCE_FEW_VIEWS);
+
+/// So many requests, each of some tens of milliseconds at most, may keep whoever steps the server
+/// from its heartbeat.
+constexpr int kMostAStep = 4;
 
 }  // namespace
 
@@ -28,6 +33,7 @@ client::ClearanceQuery to_query(const v1::ClearanceRequest& r) {
   q.load = {r.load_size_x_m(), r.load_size_y_m(), r.load_size_z_m(), r.load_above_m()};
   q.margins = {r.margin_horizontal_m(), r.margin_vertical_m(), r.sway_m(), r.braking_m()};
   q.max_age_s = r.max_age_s();
+  q.min_views = r.min_views();
   return q;
 }
 
@@ -46,6 +52,8 @@ v1::ClearanceReply to_reply(const v1::ClearanceRequest& request, const client::C
   const bool has_height = a.verdict != client::Verdict::kInvalid && std::isfinite(a.safe_height_m);
   reply.has_safe_height(has_height ? 1 : 0);
   reply.safe_height_m(has_height ? a.safe_height_m : 0);
+  reply.safe_low_m(has_height ? a.safe_low_m : 0);
+  reply.safe_high_m(has_height ? a.safe_high_m : 0);
   reply.first_x_m(a.first_x_m);
   reply.first_y_m(a.first_y_m);
   reply.first_z_m(a.first_z_m);
@@ -68,7 +76,9 @@ Result<ClearanceServer> ClearanceServer::create(
 
 Result<void> ClearanceServer::step(std::chrono::milliseconds limit) {
   wakeup_->wait_for(limit);
-  while (const auto request = requests_.take()) {
+  for (int n = 0; n < kMostAStep; ++n) {
+    const auto request = requests_.take();
+    if (request == nullptr) return {};
     const Stopwatch watch;
     const client::Clearance answer = map_->clearance(to_query(**request));
     stages.add("clearance", watch.ms());
@@ -79,6 +89,7 @@ Result<void> ClearanceServer::step(std::chrono::milliseconds limit) {
     stages.add("request to reply", double(SystemClock().now() - request->source_time_ns()) * 1e-6);
     ++answered_;
   }
+  wakeup_->notify();  // there may be more: the next step is not to wait for them
   return {};
 }
 

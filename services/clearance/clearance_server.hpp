@@ -20,7 +20,8 @@ class ClearanceServer {
   static Result<ClearanceServer> create(const std::shared_ptr<dds::Participant>& participant,
                                         std::unique_ptr<client::Map> map);
 
-  /// Answers what has come, waiting for it up to `limit`. Error: a reply that DDS refuses.
+  /// Answers what has come, waiting for it up to `limit`; of a flood a few only, so that the
+  /// caller's heartbeat has its time. Error: a reply that DDS refuses.
   Result<void> step(std::chrono::milliseconds limit);
 
   [[nodiscard]] const client::Map& map() const { return *map_; }

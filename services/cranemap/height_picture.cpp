@@ -4,12 +4,13 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <tuple>
 
 namespace crane {
 namespace {
 
 const cv::Scalar kInk(40, 40, 40);
-constexpr int kLeft = 70, kTop = 60, kBottom = 60, kRight = 130;
+constexpr int kLeft = 70, kTop = 60, kBottom = 60, kRight = 175;
 
 struct Bounds {
   int column0 = 0, column1 = 0, row0 = 0, row1 = 0;
@@ -48,6 +49,32 @@ cv::Vec3b colour_of(double share) {
   }();
   // The ends of turbo are nearly black: leave them out.
   return table.at<cv::Vec3b>(int(18 + std::clamp(share, 0.0, 1.0) * 225));
+}
+
+const cv::Vec3b kNothing(232, 232, 232), kHatch(150, 150, 150), kDark(40, 40, 40);
+
+/// What a pixel of the picture shows, in a colour of its own or over that of the height.
+enum class Pattern { kPlain, kUnknown, kLowerBound, kOneView };
+
+Pattern pattern_of(const client::Height& c) {
+  return !client::is_known(c.surface) ? Pattern::kUnknown
+         : c.lower_bound              ? Pattern::kLowerBound
+         : c.views == 1               ? Pattern::kOneView
+                                      : Pattern::kPlain;
+}
+
+cv::Vec3b paint(Pattern pattern, int x, int y, const cv::Vec3b& height) {
+  switch (pattern) {
+    case Pattern::kUnknown:
+      return (x + y) % 9 < 2 ? kHatch : kNothing;
+    case Pattern::kLowerBound:
+      return (x - y + 9'000'000) % 9 < 2 ? kDark : height;
+    case Pattern::kOneView:
+      return x % 6 < 2 && y % 6 < 2 ? kDark : height;
+    case Pattern::kPlain:
+      break;
+  }
+  return height;
 }
 
 /// Red: no-go, amber: slow-down; thin and grey while switched off.
@@ -93,7 +120,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   const double px = std::clamp(1100.0 / columns, 0.25, 24.0);  // pixels a column
   const int width = int(columns * px);
   const int height = int(rows * px);
-  cv::Mat image(kTop + height + kBottom, kLeft + width + kRight, CV_8UC3,
+  cv::Mat image(kTop + std::max(height, 130) + kBottom, kLeft + width + kRight, CV_8UC3,
                 cv::Scalar(255, 255, 255));
 
   std::vector<double> known;
@@ -108,11 +135,8 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
       const int column = b.column0 + int(x / px);
       const int row = b.row1 - 1 - int(y / px);
       const client::Height& c = g.cells[std::size_t(row) * g.columns + std::size_t(column)];
-      auto& out = image.at<cv::Vec3b>(kTop + y, kLeft + x);
-      if (!client::is_known(c.surface))
-        out = (x + y) % 9 < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(232, 232, 232);
-      else
-        out = colour_of(c.height_m / high);
+      image.at<cv::Vec3b>(kTop + y, kLeft + x) =
+          paint(pattern_of(c), x, y, colour_of(c.height_m / high));
     }
   cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
 
@@ -151,7 +175,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   }
 
   const int bar_x = kLeft + width + 30;
-  const int bar_height = std::max(40, height - 60);
+  const int bar_height = std::max(40, height - 130);
   for (int y = 0; y < bar_height; ++y)
     cv::line(image, {bar_x, kTop + y}, {bar_x + 22, kTop + y},
              cv::Scalar(colour_of(1 - double(y) / bar_height)));
@@ -159,11 +183,23 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   for (int i = 0; i <= 4; ++i)
     text(image, metres(high * (4 - i) / 4, 2) + (i == 0 ? " m" : ""),
          {bar_x + 30, kTop + bar_height * i / 4 + 5}, 0.42);
-  for (int y = 0; y < 18; ++y)
-    for (int x = 0; x < 22; ++x)
-      image.at<cv::Vec3b>(kTop + bar_height + 25 + y, bar_x + x) =
-          (x + y) % 9 < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(232, 232, 232);
-  text(image, "unknown", {bar_x + 30, kTop + bar_height + 39}, 0.42);
+  const auto share = [&](Pattern pattern) {
+    const auto count = std::count_if(g.cells.begin(), g.cells.end(),
+                                     [pattern](const auto& c) { return pattern_of(c) == pattern; });
+    return " " + metres(100.0 * double(count) / double(known.size()), 1) + " %";
+  };
+  int line_y = kTop + bar_height + 25;
+  for (const auto& [pattern, label, of] :
+       {std::tuple{Pattern::kUnknown, "unknown", std::string()},
+        {Pattern::kLowerBound, "may be higher", share(Pattern::kLowerBound)},
+        {Pattern::kOneView, "one view", share(Pattern::kOneView)}}) {
+    for (int y = 0; y < 18; ++y)
+      for (int x = 0; x < 22; ++x)
+        image.at<cv::Vec3b>(line_y + y, bar_x + x) = paint(pattern, x, y, colour_of(0.3));
+    text(image, label, {bar_x + 30, line_y + 9}, 0.42);
+    text(image, of, {bar_x + 26, line_y + 24}, 0.42);
+    line_y += 30;
+  }
 
   bool written = false;
   try {

@@ -3,6 +3,8 @@
 
 #include "base/log.hpp"
 #include "commands.hpp"
+#include "output.hpp"
+#include "service/decimal_options.hpp"
 #include "service/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -25,10 +27,12 @@ int main(int argc, char** argv) {
   app.footer(
       "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"
       "Each command has its own --help.");
+  crane::take_decimal_numbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? crane::kExitOk : crane::kExitConfiguration;
+    return crane::exit_code_of_output(app.exit(e) == 0 ? crane::kExitOk
+                                                       : crane::kExitConfiguration);
   }
-  return commands.at(app.get_subcommands().front()->get_name())();
+  return crane::exit_code_of_output(commands.at(app.get_subcommands().front()->get_name())());
 }

@@ -7,12 +7,16 @@ namespace crane {
 
 std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
                                     const std::vector<TrueObstacle>& obstacles) {
+  // A lower bound is no measurement. A map without free space (the paper's method) has no others.
+  const bool any_end = std::any_of(grid.cells.begin(), grid.cells.end(), [](const auto& c) {
+    return client::is_known(c.surface) && !c.lower_bound;
+  });
   std::vector<ObstacleHeight> out;
   for (const TrueObstacle& o : obstacles) {
     ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, 0};
     std::vector<double> heights;
     for (std::size_t i = 0; i < grid.cells.size(); ++i)
-      if (client::is_known(grid.cells[i].surface) &&
+      if (client::is_known(grid.cells[i].surface) && !(any_end && grid.cells[i].lower_bound) &&
           std::hypot(grid.x_m(i) - o.x_m, grid.y_m(i) - o.y_m) <= 0.7 * o.level_radius_m())
         heights.push_back(grid.cells[i].height_m);
     h.columns = heights.size();

@@ -13,6 +13,7 @@
 #include "map_codec/octomap_file.hpp"
 #include "progress.hpp"
 #include "recording/recording.hpp"
+#include "result_folder.hpp"
 #include "run_report.hpp"
 #include "service/client_options.hpp"
 #include "service/play_clock.hpp"
@@ -29,7 +30,7 @@ constexpr double kNoProgressMs = 60'000;
 constexpr double kSettleMs = 3'000;
 
 struct Options {
-  std::string recording, out, config, method, rate = "max", network;
+  std::string recording, out, config, method, rate = "max", network, stamps = "now";
   double voxel_m = -1;
   int domain = -1;
 };
@@ -90,18 +91,15 @@ class Run {
     auto recording = Recording::open(options_.recording);
     if (!recording) return recording.error();
     report_.frames = recording->frames().size();
-    start_at_needed_ = !rate_.paced_by_map();
-    std::error_code failed;
-    fs::create_directories(fs::path(options_.out) / "logs", failed);
-    if (!failed) fs::remove_all(fs::path(options_.out) / "state", failed);
+    auto folder = ResultFolder::claim(options_.out);
+    if (!folder) return folder.error();
+    folder_.emplace(std::move(*folder));
     std::ofstream effective(fs::path(options_.out) / "config.yaml");
     effective << to_yaml(config_);
     effective.close();
-    if (failed || !effective)
+    if (!effective)
       return Error{ErrorCode::kResource, options_.out, "cannot be written",
                    "give --out a folder on a disk with free space that you may write"};
-    for (const char* old : {"mapper", "stereo", "rangefinder", "camera"})
-      fs::remove(fs::path(options_.out) / "logs" / (std::string(old) + ".log"), failed);
     // Parsed back, so that what the services read is known to be good.
     if (auto again = parse_site_config(to_yaml(config_), "--config and options"); !again)
       return again.error();
@@ -125,7 +123,7 @@ class Run {
     stream_ = std::random_device{}() | 1U;
     if (auto r = services_->start("mapper",
                                   {"--config", config, "--calibration", options_.recording,
-                                   "--save", options_.out, "--state", options_.out + "/state"},
+                                   "--save", options_.out, "--state", folder_->state()},
                                   {});
         !r)
       return r;
@@ -144,11 +142,10 @@ class Run {
     std::vector<std::string> play = {"--config",    config,     options_.recording,     "--rate",
                                      options_.rate, "--stream", std::to_string(stream_)};
     std::vector<std::string> again;
-    if (start_at_needed_) {
-      const TimeNs start = SystemClock().now() + kNsPerSecond;
-      play.insert(play.end(), {"--start-at", std::to_string(start)});
-      again = {"--resume"};
-    }
+    // One start for both: it paces a timed play, and makes the time stamps of both those of now.
+    const TimeNs start = SystemClock().now() + (rate_.paced_by_map() ? 0 : kNsPerSecond);
+    play.insert(play.end(), {"--start-at", std::to_string(start), "--stamps", options_.stamps});
+    if (!rate_.paced_by_map()) again = {"--resume"};
     if (auto r = services_->start("rangefinder", play, again); !r) return r;
     return services_->start("camera", play, again);
   }
@@ -258,9 +255,9 @@ class Run {
     } else if (report_.map.last_frame + 1 < report_.frames) {
       report_.map.frames_missing += report_.frames - report_.map.last_frame - 1;
     }
-    std::error_code ignored;
-    fs::remove_all(fs::path(options_.out) / "state", ignored);
-    return write_results(grid);
+    auto written = write_results(grid);
+    folder_->finish();
+    return written;
   }
 
   Result<void> write_results(const client::HeightGrid& grid) {
@@ -306,9 +303,9 @@ class Run {
   }
 
   const Options& options_;
+  std::optional<ResultFolder> folder_;
   SiteConfig config_;
   PlayRate rate_;
-  bool start_at_needed_ = false;
   int mapper_kills_ = 0;
   std::uint64_t stream_ = 0;
   Wakeup wakeup_;
@@ -327,6 +324,12 @@ void add_common(CLI::App& command, Options& o) {
                   "default, or paper: the 2021 paper's steps, matching included")
       ->check(CLI::IsMember({"default", "paper"}));
   command.add_option("--rate", o.rate, "real, a factor of it, or max: as fast as nothing is lost")
+      ->capture_default_str();
+  command
+      .add_option("--stamps", o.stamps,
+                  "Times of the samples: now, or as recorded. A controller's own hoist_state "
+                  "agrees with now")
+      ->check(CLI::IsMember({"now", "recorded"}))
       ->capture_default_str();
   command.add_option(
       "--config", o.config,

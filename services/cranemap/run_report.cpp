@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "base/utf8.hpp"
 #include "bounds.h"
 #include "service/service_name.hpp"
 
@@ -22,9 +23,12 @@ std::string hex(std::uint64_t v) {
 Result<void> write_json(const std::string& path, const RunReport& r) {
   nlohmann::ordered_json j;
   j["cranemap"] = {{"version", CRANEMAP_VERSION}, {"build_type", CRANEMAP_BUILD_TYPE}};
-  j["run"] = {{"recording", r.recording}, {"method", r.method},
-              {"rate", r.rate},           {"network", r.network},
-              {"wall_s", r.wall_s},       {"cores", std::thread::hardware_concurrency()}};
+  j["run"] = {{"recording", with_bytes_escaped(r.recording)},
+              {"method", r.method},
+              {"rate", r.rate},
+              {"network", r.network},
+              {"wall_s", r.wall_s},
+              {"cores", std::thread::hardware_concurrency()}};
   j["frames"] = {{"recorded", r.frames},
                  {"integrated", r.map.frames_integrated},
                  {"rejected", r.map.frames_rejected},
@@ -72,7 +76,8 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
                       {"error_median_m", r.judgement.error_median_m},
                       {"error_p95_m", r.judgement.error_p95_m}};
   std::ofstream file(path);
-  file << j.dump(2) << "\n";
+  // Names from the network or a truth file may be any bytes too.
+  file << j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
   file.close();
   if (!file)
     return Error{ErrorCode::kResource, path, "cannot be written",

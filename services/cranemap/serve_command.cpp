@@ -25,7 +25,7 @@ constexpr double kFirstWaitMs = 500, kLongestWaitMs = 4'000, kLivesMs = 10'000;
 struct Options {
   std::string config, calibration, state, recording;
   std::vector<std::string> services;
-  std::string rate = "real";
+  std::string rate = "real", stamps = "now";
   bool standby = false, log_json = false;
   int id = 0;
   std::uint64_t stream = std::random_device{}() | 1U;
@@ -97,7 +97,7 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
     if (o.recording.empty()) return missing("--recording");
     // All players in step, and again so after one was restarted.
     add({o.recording, "--loop", "--stream", std::to_string(o.stream), "--start-at",
-         std::to_string(o.start), "--resume", "--rate", o.rate});
+         std::to_string(o.start), "--resume", "--rate", o.rate, "--stamps", o.stamps});
   }
   if (service == "discovery") add({"--id", std::to_string(o.id)});
   return out;
@@ -155,6 +155,9 @@ Command add_serve_command(CLI::App& app) {
       "--recording", o.recording,
       "Played round and round by camera and rangefinder; may stand for --calibration");
   command->add_option("--rate", o.rate, "Of the recording: real or a factor")
+      ->capture_default_str();
+  command->add_option("--stamps", o.stamps, "Times of the recording's samples: now, or as recorded")
+      ->check(CLI::IsMember({"now", "recorded"}))
       ->capture_default_str();
   command->add_option("--id", o.id, "Of the discovery server")->check(CLI::Range(0, 3));
   command->add_flag("--standby", o.standby, "The mapper is one of a pair");

@@ -7,6 +7,7 @@
 #include "base/log.hpp"
 #include "commands.hpp"
 #include "crane/client/map.hpp"
+#include "output.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
 #include "site_options.hpp"
@@ -53,7 +54,7 @@ void follow(const client::Map& map, double seconds) {
       since = {};
     }
     valid = s.valid;
-    std::fflush(stdout);
+    if (!flush_output()) return;
     std::this_thread::sleep_for(5ms);
   }
 }

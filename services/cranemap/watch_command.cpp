@@ -7,6 +7,7 @@
 #include "bounds.h"
 #include "commands.hpp"
 #include "dds/endpoints.hpp"
+#include "output.hpp"
 #include "run_report.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
@@ -54,7 +55,6 @@ void show(const client::Status& map, const std::vector<client::Zone>& zones,
                   d.cause().c_str());
   }
   std::printf("\n");
-  std::fflush(stdout);
 }
 
 int watch(const Options& options) {
@@ -85,6 +85,7 @@ int watch(const Options& options) {
       while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
     }
     show(map->status(), map->zones(), services);
+    if (!flush_output()) break;
     if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
   }
   return kExitOk;

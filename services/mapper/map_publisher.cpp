@@ -225,6 +225,7 @@ v1::MapStatus MapPublisher::status(const MappingPipeline& pipeline, const Health
   s.paper_method(paper_method_ ? 1 : 0);
   s.hoist(static_cast<std::uint32_t>(pipeline.report().hoist));
   s.term(static_cast<std::uint32_t>(identity_.term));
+  s.ceiling_m(pipeline.ceiling_m());
   s.forget_s(health.forget_s);
   s.stream(account.stream);
   s.last_frame(account.last_frame < 0 ? 0 : static_cast<std::uint64_t>(account.last_frame));

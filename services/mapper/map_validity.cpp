@@ -1,5 +1,6 @@
 #include "mapper/map_validity.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -14,6 +15,15 @@ std::string jump_text(const char* axis, double jump_m) {
                 "the %s's rangefinder jumped by %.2f m and no frame confirms it: is its beam free, "
                 "its reflector in place? no frame is used",
                 axis, jump_m);
+  return text;
+}
+
+std::string apart_text(double apart_s) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "hoist_state is %.0f s %s than the exposures: another clock, or a recording played "
+                "with its own time stamps; hook and load are not known",
+                std::abs(apart_s), apart_s > 0 ? "later" : "earlier");
   return text;
 }
 
@@ -53,6 +63,8 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
   if (now - r.last_arrival > stale_after)
     return degraded(v1::MAP_NO_CLOUDS,
                     "no cloud for more than " + std::to_string(stale_after / 1'000'000) + " ms");
+  if (r.hoist == HoistKnown::kLost && r.hoist_apart_s != 0)
+    return degraded(v1::MAP_HOIST_OF_ANOTHER_TIME, apart_text(r.hoist_apart_s));
   if (r.hoist == HoistKnown::kLost)
     return degraded(v1::MAP_HOIST_LOST,
                     "no hoist_state: what hangs below the trolley is not known");

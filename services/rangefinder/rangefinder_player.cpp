@@ -31,6 +31,7 @@ class Player {
         options_(options),
         recording_(std::move(recording)),
         rate_(rate),
+        stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
         writer_(std::move(writer)),
         hoist_writer_(std::move(hoist_writer)) {
     for (const RecordedDistance& d : recording_.cart())
@@ -135,7 +136,7 @@ class Player {
     sample.axis(r.axis);
     sample.stream(options_.stream);
     sample.sequence_number(sequence_[cart ? 0 : 1]++);
-    sample.time_ns(time);
+    sample.time_ns(time + stamp_offset_);
     sample.distance_m(std::isfinite(r.distance_m) ? r.distance_m : 0);
     sample.accuracy_m(model.accuracy_m);
     const bool in_range = std::abs(r.distance_m) <= model.range_m;
@@ -149,7 +150,7 @@ class Player {
     v1::HoistState sample;
     sample.crane(context_.participant->settings().crane);
     sample.sequence_number(hoist_sequence_++);
-    sample.time_ns(time);
+    sample.time_ns(time + stamp_offset_);
     sample.hook_height_m(r.hook_height_m);
     sample.sling_m(r.sling_m);
     sample.load_size_x_m(r.load_size_m.x());
@@ -176,6 +177,7 @@ class Player {
   const PlayOptions& options_;
   Recording recording_;
   PlayRate rate_;
+  TimeNs stamp_offset_;
   dds::Writer<dds::RangefinderPositionTopic> writer_;
   std::optional<dds::Writer<dds::HoistStateTopic>> hoist_writer_;  ///< where it was recorded
   std::vector<Reading> readings_;

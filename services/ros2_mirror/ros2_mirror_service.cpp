@@ -118,8 +118,8 @@ class Mirror {
   void send_static(const std::optional<Eigen::Matrix3d>& R_camera_rectified) {
     tf2_msgs::msg::dds_::TFMessage_ m;
     const TimeNs now = SystemClock().now();
-    m.transforms().push_back(ros2::transform(frames_.gantry, frames_.camera, now,
-                                             rig_.T_map_camera_at_zero * rig_.T_body_left));
+    m.transforms().push_back(
+        ros2::transform(frames_.gantry, frames_.camera, now, rig_.T_map_camera_at_zero));
     if (R_camera_rectified) {
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
       T.linear() = *R_camera_rectified;

@@ -165,6 +165,7 @@ class Service {
       return;
     }
     badly_rectified_ = false;
+    if (report.ambiguous > 0) status().dropped.add(Cause::kAmbiguous, report.ambiguous);
     // Pixels whose best match is at the near end of the search may show something nearer.
     const double near =
         double(report.too_near) / (double(stage_.camera().width) * stage_.camera().height);
@@ -180,6 +181,9 @@ class Service {
     if (report.near > 0)
       text += (text.empty() ? "" : "; ") + std::to_string(report.near) +
               " px nearer than stereo.nearest_m, matched at a quarter of the resolution";
+    if (report.ambiguous > 0)
+      text += (text.empty() ? "" : "; ") + std::to_string(report.ambiguous) +
+              " px on patterns that repeat along the rows: no match, they stay unknown";
     status().message = text;
   }
 

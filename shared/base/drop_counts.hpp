@@ -46,6 +46,7 @@ enum class Cause : std::uint32_t {
   kPairTellsNothing = 36,
   kTooNear = 37,
   kFrameOtherCalibration = 38,
+  kAmbiguous = 39,
   // What PairCheck finds: 40 and PairFlaw.
   kLeftBlack = 40,
   kRightBlack = 41,
@@ -54,6 +55,9 @@ enum class Cause : std::uint32_t {
   kLeftFrozen = 44,
   kRightFrozen = 45,
   kNoOverlap = 46,
+  kTooDark = 47,
+  kNoContrast = 48,
+  kTooNoisy = 49,
   // Readings of the rangefinders at the mapper.
   kCartFailed = 50,
   kCartNotFinite = 51,
@@ -91,6 +95,7 @@ enum class Cause : std::uint32_t {
   kLoadTooLarge = 101,
   kHoistUnknown = 102,
   kHoistPixels = 103,
+  kHoistOfAnotherTime = 104,
   // The map on its way.
   kTilesSentAgain = 110,
   kTileRequestTooSoon = 111,

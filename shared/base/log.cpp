@@ -8,6 +8,8 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "base/utf8.hpp"
+
 namespace crane {
 namespace {
 
@@ -52,11 +54,11 @@ struct Log {
       std::strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &utc);
       char time[48];
       std::snprintf(time, sizeof time, "%s.%03dZ", stamp, fraction);
-      const nlohmann::ordered_json line = {
-          {"time", time}, {"level", level_name}, {"service", name}, {"text", text}};
-      // What is not UTF-8, say in a file's name, is replaced.
-      const auto bad = nlohmann::ordered_json::error_handler_t::replace;
-      std::fprintf(stderr, "%s\n", line.dump(-1, ' ', false, bad).c_str());
+      const nlohmann::ordered_json line = {{"time", time},
+                                           {"level", level_name},
+                                           {"service", with_bytes_escaped(name)},
+                                           {"text", with_bytes_escaped(text)}};
+      std::fprintf(stderr, "%s\n", line.dump().c_str());
     } else {
       std::strftime(stamp, sizeof stamp, "%H:%M:%S", &utc);
       std::fprintf(stderr, "%s.%03d %-5s %s: %s\n", stamp, fraction, level_name, name.c_str(),

@@ -2,9 +2,8 @@
 
 #include <functional>
 
+#include "client/clearance_query.hpp"
 #include "client/column_tile.hpp"
-#include "crane/client/clearance.hpp"
-#include "crane/client/zone.hpp"
 
 namespace crane::client {
 
@@ -14,13 +13,17 @@ struct ColumnView {
   std::function<const ColumnTile*(TileKey)> voxels;
   std::function<const HeightColumns*(TileKey)> heights;
   const std::vector<Zone>* zones = nullptr;  ///< nullptr = none
+  /// Up to here kToRopeTop reaches; 0 = not said: such queries are refused.
+  double ceiling_m = 0;
 };
 
-/// What makes a query senseless, in words; empty = nothing.
-std::string query_flaw(const ClearanceQuery& query, double voxel_m);
+/// Voxels that only this share of their edge is swept of are not: by rounding, no more.
+inline constexpr double kRounding = 1e-6;
 
-/// Is every voxel of the swept volume known to be free, and in no no-go zone? Cost O(swept
-/// columns). Fills all but map_id and revision; `now_ns` is what ages are counted from.
+/// Is every voxel of the swept volume known to be free, and in no no-go zone? Heights only say
+/// where in its voxel the surface below ends; they never make space free. No DDS, no clock, no
+/// state. Cost O(swept columns), bounded by query_flaw(). Fills all but map_id and revision;
+/// `now_ns` is what ages are counted from.
 Clearance check_clearance(const ClearanceQuery& query, const ColumnView& map, std::int64_t now_ns);
 
 }  // namespace crane::client

@@ -1,6 +1,7 @@
 #include "client/column_tile.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace crane::client {
 
@@ -41,13 +42,11 @@ ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
   out.common.resize(kGroups);
   for (int column = 0; column < kTileColumns; ++column) {
     const ColumnTile::Run& run = out.top[static_cast<std::size_t>(column)];
-    ColumnTile::CommonRun& common = out.common[static_cast<std::size_t>(column / kGroup)];
-    if (column % kGroup == 0) common = {run};
+    ColumnTile::Run& common = out.common[static_cast<std::size_t>(column / kGroup)];
+    if (column % kGroup == 0) common = run;
     const bool none = run.first >= run.end || common.first >= common.end;
-    if (run.first > common.first) common.on_obstacle = false;
     common.first = none ? std::int16_t{0} : std::max(common.first, run.first);
     common.end = none ? std::int16_t{0} : std::min(common.end, run.end);
-    common.on_obstacle |= run.first == common.first && out.is_occupied(column, run.first - 1);
   }
   return out;
 }
@@ -55,8 +54,12 @@ ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
 void HeightColumns::sum_up() {
   for (std::size_t g = 0; g < oldest.size(); ++g) {
     oldest[g] = columns[g * kGroup].last_observed;
-    for (std::size_t i = 1; i < kGroup; ++i)
-      oldest[g] = std::min(oldest[g], columns[g * kGroup + i].last_observed);
+    fewest[g] = std::numeric_limits<std::uint8_t>::max();
+    for (std::size_t i = 0; i < kGroup; ++i) {
+      const ColumnHeight& c = columns[g * kGroup + i];
+      oldest[g] = std::min(oldest[g], c.last_observed);
+      fewest[g] = std::min(fewest[g], is_known(c.state) ? c.views : std::uint8_t{0});
+    }
   }
 }
 

@@ -13,10 +13,11 @@ namespace crane::client {
 inline constexpr int kGroup = 8;
 inline constexpr int kGroups = kTileColumns / kGroup;
 
-/// One tile's heights, and of each group of columns when the oldest was seen.
+/// One tile's heights, and of each group of columns when the oldest was seen and how often.
 struct HeightColumns {
   TileHeights columns{};
-  std::array<TimeNs, kGroups> oldest{};  ///< 0 = one was never seen
+  std::array<TimeNs, kGroups> oldest{};        ///< 0 = one was never seen
+  std::array<std::uint8_t, kGroups> fewest{};  ///< frames that the least seen surface rests on
 
   void sum_up();  ///< to be called when columns have changed
 };
@@ -35,10 +36,7 @@ struct ColumnTile {
   };
   std::vector<Run> top;  ///< by column; empty when there are no words
   /// What the runs of kGroup columns beside each other have in common; empty when one of them is.
-  struct CommonRun : Run {
-    bool on_obstacle = false;  ///< below `first` something is occupied
-  };
-  std::vector<CommonRun> common;  ///< by group
+  std::vector<Run> common;  ///< by group
 
   [[nodiscard]] bool is_free(int column, int z) const { return bit(free, column, z); }
   [[nodiscard]] bool is_occupied(int column, int z) const { return bit(occupied, column, z); }

@@ -27,7 +27,14 @@ static_assert(int(Surface::kStale) == int(ColumnState::kStale) &&
               int(Surface::kObstacle) == int(ColumnState::kObstacle));
 
 Height to_height(const ColumnHeight& c) {
-  Height h{static_cast<Surface>(c.state), c.height_m, c.spread_m, c.last_observed, false, 0};
+  Height h;
+  h.surface = static_cast<Surface>(c.state);
+  h.height_m = c.height_m;
+  h.spread_m = c.spread_m;
+  h.lower_bound = c.lower_bound;
+  h.free_to_m = c.free_to_m;
+  h.views = c.views;
+  h.last_observed_ns = c.last_observed;
   h.proven_by_hook = std::isfinite(c.proven_m);
   if (h.proven_by_hook) h.proven_m = c.proven_m;
   return h;
@@ -46,7 +53,8 @@ struct Map::Impl {
   std::unique_ptr<MapFollower> follower;
 
   std::mutex callback_mutex;
-  std::function<void(const Update&)> callback;
+  /// Shared with the call that is going on, which may replace it.
+  std::shared_ptr<const std::function<void(const Update&)>> callback;
   std::atomic<std::thread::id> calling{};
 
   std::atomic<bool> stop{false};
@@ -79,7 +87,7 @@ struct Map::Impl {
     }
     const std::lock_guard lock(callback_mutex);
     calling = std::this_thread::get_id();
-    if (callback) callback(update);
+    if (const auto running = callback; running != nullptr) (*running)(update);
     calling = std::thread::id();
   }
 };
@@ -179,9 +187,13 @@ AreaHeight Map::max_height(const Area& area) const {
   const auto sane = [](double v) { return std::abs(v) < 1e5; };
   if (!(cell > 0) || !sane(area.x0_m) || !sane(area.x1_m) || !sane(area.y0_m) || !sane(area.y1_m))
     return out;
+  constexpr double kMaxColumns = 4e6;  // as a clearance query: nothing is to wait for more
+  if ((area.x1_m - area.x0_m) / cell * ((area.y1_m - area.y0_m) / cell) > kMaxColumns) return out;
   const auto index = [cell](double v) { return static_cast<int>(std::floor(v / cell)); };
   std::uint64_t columns = 0;
   std::uint64_t unknown = 0;
+  std::uint64_t bounds = 0;
+  std::uint32_t fewest = std::numeric_limits<std::uint32_t>::max();
   for (int y = index(area.y0_m); y <= index(area.y1_m); ++y) {
     const HeightColumns* tile = nullptr;
     for (int x = index(area.x0_m); x <= index(area.x1_m); ++x) {
@@ -196,11 +208,15 @@ AreaHeight Map::max_height(const Area& area) const {
         continue;
       }
       if (!(out.max_height_m >= c->height_m)) out.max_height_m = c->height_m;
+      bounds += c->lower_bound ? 1 : 0;
+      fewest = std::min<std::uint32_t>(fewest, c->views);
       if (out.oldest_observed_ns == 0 || c->last_observed < out.oldest_observed_ns)
         out.oldest_observed_ns = c->last_observed;
     }
   }
   if (columns > 0) out.unknown_fraction = double(unknown) / double(columns);
+  if (columns > 0) out.lower_bound_fraction = double(bounds) / double(columns);
+  out.fewest_views = unknown < columns ? fewest : 0;
   return out;
 }
 
@@ -222,9 +238,9 @@ Clearance Map::clearance(const ClearanceQuery& query) const {
     return out;
   }
   const HeldMap& held = impl_->follower->held();
-  const ColumnView view{impl_->follower->voxel_m(),
-                        [&held](TileKey key) { return held.columns(key); },
-                        [&held](TileKey key) { return held.heights(key); }, &held.zones()};
+  const ColumnView view{
+      impl_->follower->voxel_m(), [&held](TileKey key) { return held.columns(key); },
+      [&held](TileKey key) { return held.heights(key); }, &held.zones(), now.ceiling_m};
   out = check_clearance(query, view, query.now_ns != 0 ? query.now_ns : SystemClock().now());
   out.map_id = held.map_id();
   out.revision = now.revision;
@@ -249,12 +265,15 @@ std::vector<Zone> Map::zones() const {
 }
 
 void Map::on_update(std::function<void(const Update&)> callback) {
-  if (impl_->calling == std::this_thread::get_id()) {
-    impl_->callback = std::move(callback);
+  std::shared_ptr<const std::function<void(const Update&)>> next;
+  if (callback)
+    next = std::make_shared<const std::function<void(const Update&)>>(std::move(callback));
+  if (impl_->calling == std::this_thread::get_id()) {  // which holds the mutex
+    impl_->callback = std::move(next);
     return;
   }
   const std::lock_guard lock(impl_->callback_mutex);
-  impl_->callback = std::move(callback);
+  impl_->callback = std::move(next);
 }
 
 bool Map::save_bt(const std::string& path, std::string& error) const {

@@ -102,6 +102,7 @@ std::vector<TileKey> MapFollower::step() {
     asked_in_vain_ = 0;
   else
     resync();
+  if (!said_) changed_.clear();  // of what map, and where, the first heartbeat says
   std::sort(changed_.begin(), changed_.end());
   changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   return std::exchange(changed_, {});
@@ -177,6 +178,9 @@ void MapFollower::take_status(const v1::MapStatus& s) {
   if (s.map_id() != held_.map_id()) {  // what is held belongs to the old one
     HeldMap fresh(s.map_id());
     if (next_.map_id() == s.map_id()) std::swap(fresh, next_);
+    // All of it changes; what came before the first heartbeat is told now.
+    for (const HeldMap* map : {&held_, &fresh})
+      for (const auto& [key, tile] : map->tiles()) changed_.push_back(key);
     held_ = std::move(fresh);
     next_ = HeldMap();
     complete_at_ = {};
@@ -249,6 +253,7 @@ Status MapFollower::status() const {
   out.frames_rejected = s.frames_rejected();
   out.frames_missing = s.frames_missing();
   out.hoist = static_cast<Status::Hoist>(s.hoist());
+  out.ceiling_m = s.ceiling_m();
   out.forget_s = s.forget_s();
   return out;
 }

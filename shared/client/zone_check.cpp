@@ -37,7 +37,8 @@ std::optional<Point> crossing(const Point& a, const Point& b, const Point& c, co
 }  // namespace
 
 bool same_heights(const SweptPiece& piece, const Zone& zone) {
-  return zone.z_min_m < piece.high_m && piece.low_m < zone.z_max_m;
+  constexpr double kTouching = 1e-7;  // [m]: by rounding, they do not overlap
+  return zone.z_min_m + kTouching < piece.high_m && piece.low_m + kTouching < zone.z_max_m;
 }
 
 std::optional<ZoneMeeting> meet(const SweptPiece& piece, const Zone& zone) {

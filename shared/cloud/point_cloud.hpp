@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace crane {
@@ -13,13 +14,18 @@ struct Point {
 };
 using PointCloud = std::vector<Point>;
 
+/// A pixel that was left out on purpose: what is known where it looks stays as it is.
+inline constexpr float kNotLookedAt = std::numeric_limits<float>::quiet_NaN();
+
 /// One frame's depth on the pixel grid of the rectified left camera. Borrows its pixels.
 struct DepthFrame {
   std::uint32_t width = 0, height = 0;  ///< [px]
   double f_px = 0, cx_px = 0, cy_px = 0;
   /// sigma_z = z^2 / (f b) * sigma_disparity * 255 / confidence
   double baseline_m = 0, sigma_disparity_px = 0;
-  const float* depth_m = nullptr;            ///< 0 = no match: no evidence
+  /// Above 0: measured. Below 0: likely a surface at minus that depth, but no proof that the space
+  /// before it is free. 0 = no match: no evidence. kNotLookedAt.
+  const float* depth_m = nullptr;
   const std::uint8_t* confidence = nullptr;  ///< 0..255
   const std::uint8_t* colour = nullptr;      ///< BGR; nullptr = none
   Eigen::Isometry3d T_map_rectified = Eigen::Isometry3d::Identity();

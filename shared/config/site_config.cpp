@@ -1,10 +1,13 @@
 #include "config/site_config.hpp"
 
+#include <arpa/inet.h>
+
 #include <array>
 #include <charconv>
 #include <sstream>
 
 #include "config/yaml_reader.hpp"
+#include "geometry/simple_polygon.hpp"
 
 namespace crane {
 namespace {
@@ -35,6 +38,11 @@ void read_dds(YamlReader y, DdsConfig& c) {
     y.problem("shared_memory", "belongs to network: wan");
   const bool named = y.has("interfaces");
   y.texts("interfaces", c.interfaces);
+  for (const std::string& address : c.interfaces)
+    if (in_addr ignored{}; inet_pton(AF_INET, address.c_str(), &ignored) != 1)
+      y.problem("interfaces", "'" + address +
+                                  "' is no IPv4 address of this host, such as 127.0.0.1: names, "
+                                  "networks (/8) and IPv6 are not known to Fast DDS");
   y.texts("servers", c.servers);
   y.texts("peers", c.peers);
   y.integer("tcp_port", c.tcp_port, 0, 65'500);
@@ -149,6 +157,12 @@ void read_hoist(YamlReader y, HoistConfig& c) {
   y.integer("max_gap_ms", c.max_gap_ms, 50, 10'000);
 }
 
+std::string outline_flaw(const ZoneConfig& z) {
+  std::vector<Corner> outline;
+  for (const ZoneConfig::Corner& c : z.corners) outline.push_back({c.x_m, c.y_m});
+  return polygon_flaw(outline);
+}
+
 std::vector<ZoneConfig> read_zones(YamlReader& file) {
   std::vector<ZoneConfig> zones;
   for (YamlReader& y : file.items("zones")) {
@@ -170,6 +184,8 @@ std::vector<ZoneConfig> read_zones(YamlReader& file) {
     }
     if (z.corners.size() < 3 || z.corners.size() > 32)
       y.problem("corners", "must be 3 to 32 of {x: .., y: ..}");
+    else if (std::string flaw = outline_flaw(z); !flaw.empty())
+      y.problem("corners", "of zone " + std::to_string(z.id) + ": the outline " + flaw);
     if (z.z_min_m >= z.z_max_m) y.problem("z_min_m", "must be less than z_max_m");
     if (z.name.size() > 63) y.problem("name", "has more than 63 characters");
     for (const ZoneConfig& other : zones)

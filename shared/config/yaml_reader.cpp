@@ -2,16 +2,24 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <set>
 #include <sstream>
+
+#include "config/yaml_strict.hpp"
 
 namespace crane {
 namespace {
 
 constexpr std::size_t kMaxBytes = 1U << 20U;
+
+/// A text that C strings and one line of a log can hold.
+std::optional<std::string> plain_text(const std::string& text) {
+  if (text.find('\0') != std::string::npos) return std::nullopt;
+  return text;
+}
 
 std::string number_text(double v) {
   std::ostringstream s;
@@ -51,20 +59,54 @@ struct YamlReader::Impl {
   void missing(const std::string& key) const {
     shared->add(node.IsDefined() ? node.Mark().line : -1, "'" + full(key) + "' is missing");
   }
-  template <class T>
-  bool read(const std::string& key, T& out, const char* kind, bool required) const {
-    const YAML::Node value = get(key);
-    if (!value.IsDefined() || value.IsNull()) {
+  void wrong(const YAML::Node& value, const std::string& key, const std::string& what) const {
+    shared->add(value.Mark().line, "'" + full(key) + "' " + what);
+  }
+  /// The value where there is one. A key left empty is no value: the default would be a guess.
+  std::optional<YAML::Node> value_of(const std::string& key, const char* kind,
+                                     bool required) const {
+    YAML::Node value = get(key);
+    if (!value.IsDefined()) {
       if (required) missing(key);
-      return false;
+      return std::nullopt;
     }
-    try {
-      out = value.as<T>();
-      return true;
-    } catch (const YAML::Exception&) {
-      shared->add(value.Mark().line, "'" + full(key) + "' is not " + kind);
-      return false;
+    if (!value.IsNull()) return value;
+    wrong(value, key, std::string("has no value: write ") + kind + ", or leave the key out");
+    return std::nullopt;
+  }
+  template <class Parse>
+  auto read(const std::string& key, const char* kind, bool required, Parse parse) const
+      -> decltype(parse(std::string())) {
+    const auto value = value_of(key, kind, required);
+    if (!value) return std::nullopt;
+    auto out = value->IsScalar() ? parse(value->Scalar()) : std::nullopt;
+    if (!out) wrong(*value, key, not_a(kind, *value));
+    return out;
+  }
+  template <class Parse>
+  auto read_list(const std::string& key, const char* kind, bool required, Parse parse) const
+      -> std::optional<std::vector<typename decltype(parse(std::string()))::value_type>> {
+    const auto value = value_of(key, kind, required);
+    if (!value) return std::nullopt;
+    std::vector<typename decltype(parse(std::string()))::value_type> out;
+    if (!value->IsSequence()) {
+      wrong(*value, key, not_a(kind, *value));
+      return std::nullopt;
     }
+    for (const YAML::Node& item : *value) {
+      const auto one = item.IsScalar() ? parse(item.Scalar()) : std::nullopt;
+      if (!one) {
+        wrong(item, key, not_a(kind, item));
+        return std::nullopt;
+      }
+      out.push_back(*one);
+    }
+    return out;
+  }
+  static std::string not_a(const char* kind, const YAML::Node& value) {
+    std::string text = std::string("is not ") + kind;
+    if (value.IsScalar()) text += ": '" + value.Scalar().substr(0, 40) + "'";
+    return text;
   }
 };
 
@@ -94,6 +136,7 @@ Result<YamlReader> YamlReader::from_text(const std::string& text, const std::str
   impl->shared = std::make_shared<Shared>();
   impl->shared->name = name;
   // yaml-cpp recurses once per nesting level: an input of brackets only would exhaust the stack.
+  // (Block nesting and what hides in quotes is counted by check_strict_yaml.)
   std::size_t depth = 0;
   std::size_t deepest = 0;
   for (char c : text) {
@@ -102,6 +145,7 @@ Result<YamlReader> YamlReader::from_text(const std::string& text, const std::str
   }
   if (text.size() > kMaxBytes || deepest > 100)
     return Error{ErrorCode::kConfiguration, name, "too large or too deeply nested", ""};
+  if (auto strict = check_strict_yaml(text, name); !strict) return strict.error();
   try {
     impl->node = YAML::Load(text);
   } catch (const YAML::Exception& e) {
@@ -153,66 +197,61 @@ std::vector<YamlReader> YamlReader::items(const std::string& key) {
 
 void YamlReader::number(const std::string& key, double& out, double min, double max,
                         bool required) {
-  double value = 0;
-  if (!impl_->read(key, value, "a number", required)) return;
-  if (!(value >= min && value <= max))
+  const auto value = impl_->read(key, "a number", required, decimal_number);
+  if (!value) return;
+  if (!(*value >= min && *value <= max))
     problem(key,
-            number_text(value) + " is outside " + number_text(min) + " .. " + number_text(max));
+            number_text(*value) + " is outside " + number_text(min) + " .. " + number_text(max));
   else
-    out = value;
+    out = *value;
 }
 
 void YamlReader::integer(const std::string& key, int& out, int min, int max, bool required) {
-  int value = 0;
-  if (!impl_->read(key, value, "a whole number", required)) return;
-  if (value < min || value > max)
-    problem(key, std::to_string(value) + " is outside " + std::to_string(min) + " .. " +
+  const auto value = impl_->read(key, "a whole number", required, decimal_integer);
+  if (!value) return;
+  if (*value < min || *value > max)
+    problem(key, std::to_string(*value) + " is outside " + std::to_string(min) + " .. " +
                      std::to_string(max));
   else
-    out = value;
+    out = *value;
 }
 
 void YamlReader::flag(const std::string& key, bool& out) {
-  impl_->read(key, out, "true or false", false);
+  if (const auto value = impl_->read(key, "true or false", false, yes_or_no)) out = *value;
 }
 
 void YamlReader::text(const std::string& key, std::string& out, bool required) {
-  impl_->read(key, out, "a text", required);
+  if (auto value = impl_->read(key, "a text", required, plain_text)) out = std::move(*value);
 }
 
 void YamlReader::texts(const std::string& key, std::vector<std::string>& out) {
-  impl_->read(key, out, "a list of texts", false);
+  if (auto value = impl_->read_list(key, "a list of texts", false, plain_text))
+    out = std::move(*value);
 }
 
 void YamlReader::choice(const std::string& key, const std::vector<std::string>& choices, int& out) {
-  std::string value;
-  if (!impl_->read(key, value, "a text", false)) return;
+  const auto value = impl_->read(key, "a text", false, plain_text);
+  if (!value) return;
   std::string all;
   for (std::size_t i = 0; i < choices.size(); ++i) {
-    if (choices[i] == value) {
+    if (choices[i] == *value) {
       out = static_cast<int>(i);
       return;
     }
     all += (i > 0 ? ", " : "") + choices[i];
   }
-  problem(key, "'" + value + "' is none of: " + all);
+  problem(key, "'" + *value + "' is none of: " + all);
 }
 
 void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::size_t count,
                          bool required) {
-  std::vector<double> values;
-  if (!impl_->read(key, values, "a list of numbers", required)) return;
-  if (values.size() != count) {
-    problem(key, "has " + std::to_string(values.size()) + " numbers, " + std::to_string(count) +
+  auto values = impl_->read_list(key, "a list of numbers", required, decimal_number);
+  if (!values) return;
+  if (values->size() != count)
+    problem(key, "has " + std::to_string(values->size()) + " numbers, " + std::to_string(count) +
                      " are needed");
-    return;
-  }
-  for (double v : values)
-    if (!std::isfinite(v)) {
-      problem(key, "holds a number that is not finite");
-      return;
-    }
-  out = values;
+  else
+    out = std::move(*values);
 }
 
 bool YamlReader::has(const std::string& key) const {
@@ -244,11 +283,7 @@ Result<void> YamlReader::finish() {
     }
   shared.maps.clear();
   if (shared.problems.empty()) return {};
-  std::string all;
-  for (const std::string& p : shared.problems) all += "\n  " + p;
-  return Error{ErrorCode::kConfiguration, shared.name,
-               std::to_string(shared.problems.size()) + " problem(s):" + all,
-               "correct them and start again; nothing was changed"};
+  return problems_error(shared.name, shared.problems);
 }
 
 }  // namespace crane

@@ -10,7 +10,8 @@ namespace crane {
 
 /// Reads a YAML file into typed values and collects *all* problems with file and line.
 ///
-/// A key that nobody asked for is a problem. Nothing is repaired: after the last read, finish()
+/// A key that nobody asked for is a problem, and so is one without a value or one that stands
+/// twice (yaml_strict.hpp says what else). Nothing is repaired: after the last read, finish()
 /// returns the whole list as one error. Hostile input is fine: no exception leaves.
 class YamlReader {
  public:

@@ -1,13 +1,17 @@
 #include "dds/host_checks.hpp"
 
 #include <arpa/inet.h>
+#include <ifaddrs.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <fstream>
+#include <set>
 #include <string>
+
+#include "base/log.hpp"
 
 namespace crane::dds {
 
@@ -42,6 +46,38 @@ Result<void> check_udp_ports(std::uint32_t domain) {
       ErrorCode::kResource, "DDS domain " + std::to_string(domain),
       "no free UDP port from " + std::to_string(first) + " to " + std::to_string(first + 240),
       "stop other participants of the domain, or choose another dds.domain"};
+}
+
+Result<void> check_interfaces(const std::vector<std::string>& wanted) {
+  std::set<std::string> own;
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0)
+    return Error{ErrorCode::kResource, "dds.interfaces", "this host's addresses cannot be read",
+                 ""};
+  for (const ifaddrs* i = first; i != nullptr; i = i->ifa_next) {
+    if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = "";
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr, text,
+              sizeof text);
+    own.insert(text);
+  }
+  freeifaddrs(first);
+  std::string missing;
+  std::size_t there = 0;
+  for (const std::string& address : wanted)
+    if (own.contains(address))
+      ++there;
+    else
+      missing += (missing.empty() ? "" : ", ") + address;
+  if (missing.empty()) return {};
+  std::string all;
+  for (const std::string& address : own) all += (all.empty() ? "" : ", ") + address;
+  const Error error{ErrorCode::kConfiguration, "dds.interfaces",
+                    missing + " is no address of this host",
+                    "set it to some of: " + all + "; [] = all of them"};
+  if (there == 0) return error;
+  log_warning(error.text() + "; going on without");
+  return {};
 }
 
 Result<std::string> resolve_ipv4(const std::string& text, const std::string& key) {

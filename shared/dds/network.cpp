@@ -91,6 +91,7 @@ Result<void> set_servers(const Settings& settings,
 
 Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
                          const Settings& settings, std::uint32_t shm_port) {
+  if (auto known = check_interfaces(settings.interfaces); !known) return known;
   const bool wan = settings.transport == Transport::kWan;
   auto& transports = qos.transport().user_transports;
   qos.transport().use_builtin_transports = false;

@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <set>
+#include <vector>
 
 #include "bounds.h"
+#include "geometry/simple_polygon.hpp"
 
 namespace crane::dds {
 namespace {
@@ -40,6 +43,10 @@ const char* zone_flaw(const v1::Zone& z, bool whole) {
   if (z.kind() != v1::ZONE_NO_GO && z.kind() != v1::ZONE_SLOW_DOWN) return "unknown kind of zone";
   if (z.corners().size() < 3) return "a zone has fewer than three corners";
   if (!(z.z_min_m() < z.z_max_m())) return "a zone has no height";
+  std::vector<Corner> outline;
+  for (const v1::ZoneCorner& c : z.corners()) outline.push_back({c.x_m(), c.y_m()});
+  if (!polygon_flaw(outline).empty())
+    return "a zone's edges cross or touch, or it has no area: name its corners in their order";
   return nullptr;
 }
 
@@ -114,10 +121,11 @@ const char* flaw(const v1::OctreeMap& s) {
 const char* flaw(const v1::MapStatus& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
-  if (s.reason_code() > v1::MAP_MEMORY_FULL) return "unknown reason_code";
+  if (s.reason_code() > v1::MAP_HOIST_OF_ANOTHER_TIME) return "unknown reason_code";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
   if (s.term() > 0x7FFFFFFFU) return "term out of range";
   if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";
+  if (!(s.ceiling_m() >= 0 && s.ceiling_m() <= 1000)) return "ceiling_m is not within 0 .. 1000 m";
   if (!(s.forget_s() >= 0 && s.forget_s() <= 1e9)) return "forget_s out of range";
   if (s.reason().size() > 255) return "reason is too long";
   return nullptr;
@@ -130,8 +138,11 @@ const char* flaw(const v1::TileRequest& s) {
 
 const char* flaw(const v1::ZoneSet& s) {
   if (s.zones().size() > v1::MAX_ZONES) return "too many zones";
-  for (const v1::Zone& zone : s.zones())
+  std::set<std::uint32_t> ids;
+  for (const v1::Zone& zone : s.zones()) {
     if (const char* what = zone_flaw(zone, true)) return what;
+    if (!ids.insert(zone.id()).second) return "two zones have the same id";
+  }
   return nullptr;
 }
 
@@ -154,11 +165,14 @@ const char* flaw(const v1::ClearanceRequest& s) {
 
 const char* flaw(const v1::ClearanceReply& s) {
   if (s.verdict() > v1::VERDICT_BLOCKED) return "unknown verdict";
-  if (s.reason() > v1::CLEARANCE_ZONE) return "unknown reason";
+  if (s.reason() > v1::CLEARANCE_FEW_VIEWS) return "unknown reason";
   if (s.has_safe_height() > 1 || s.slow_down() > 1)
     return "has_safe_height or slow_down is neither 0 nor 1";
-  if (!finite({s.safe_height_m(), s.first_x_m(), s.first_y_m(), s.first_z_m(), s.oldest_age_s(),
-               s.unknown_fraction()}))
+  if (s.has_safe_height() == 1 &&
+      !(s.safe_low_m() <= s.safe_height_m() && s.safe_height_m() <= s.safe_high_m()))
+    return "safe_height_m is not within safe_low_m .. safe_high_m";
+  if (!finite({s.safe_height_m(), s.safe_low_m(), s.safe_high_m(), s.first_x_m(), s.first_y_m(),
+               s.first_z_m(), s.oldest_age_s(), s.unknown_fraction()}))
     return "a number is not finite";
   if (s.text().size() > 255) return "text is too long";
   return nullptr;

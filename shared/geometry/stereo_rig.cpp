@@ -1,52 +1,137 @@
 #include "geometry/stereo_rig.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace crane {
 namespace {
 
-bool is_rotation(const Eigen::Matrix3d& R) {
-  return (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-3 && R.determinant() > 0;
+constexpr double kHighest_m = 100;      ///< no bridge crane's camera hangs higher
+constexpr double kLongest_m = 5;        ///< baseline
+constexpr double kFarthest_m = 10'000;  ///< from where cart and trolley read zero
+constexpr double kLeastDisparity_px = 2;
+constexpr double kOffCentre = 0.25;  ///< of the image's size; further off: no lens is so built
+constexpr double kScaled = 0.08;     ///< the same in both directions: of another resolution
+constexpr double kTangential = 0.05;
+
+template <class... Values>
+std::string format(const char* form, Values... values) {
+  char text[240];
+  std::snprintf(text, sizeof text, form, values...);
+  return text;
 }
 
-bool is_usable(const CameraModel& c) {
-  const double values[] = {c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1, c.k2, c.p1, c.p2};
-  for (double v : values)
-    if (!std::isfinite(v)) return false;
-  return c.width >= 16 && c.height >= 16 && c.fx_px > 1 && c.fy_px > 1;
+/// Whether the lens model maps growing angles to growing radii as far as the nearest border of the
+/// image. Coefficients of another lens, or in another order, fold the image back; those of real
+/// ones do at most in its corners.
+bool lens_unfolds(const CameraModel& c) {
+  const double border = 0.5 * std::min(c.width / c.fx_px, c.height / c.fy_px);
+  for (double r = 0; r < 20; r += 0.01) {
+    const double r2 = r * r;
+    if (r * (1 + c.k1 * r2 + c.k2 * r2 * r2) >= border) return true;
+    if (1 + 3 * c.k1 * r2 + 5 * c.k2 * r2 * r2 <= 0) return false;
+  }
+  return false;
+}
+
+/// What cannot be true of a camera; empty = nothing.
+std::string camera_flaw(const CameraModel& c) {
+  for (double v : {c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1, c.k2, c.p1, c.p2})
+    if (!std::isfinite(v)) return "holds a value that is not finite";
+  if (c.width < 16 || c.height < 16) return "has an image of less than 16 pixels";
+  if (c.fx_px < 0.1 * c.width || c.fx_px > 50.0 * c.width)
+    return format("has a focal length of %g px for an image %u px wide", c.fx_px, c.width);
+  if (c.fy_px < 0.8 * c.fx_px || c.fy_px > 1.25 * c.fx_px)
+    return format("has focal lengths that differ (%g and %g px)", c.fx_px, c.fy_px);
+  const double x = c.cx_px / c.width - 0.5;
+  const double y = c.cy_px / c.height - 0.5;
+  const bool outside = std::abs(x) >= 0.5 || std::abs(y) >= 0.5;
+  const bool scaled = std::abs(x) > kScaled && std::abs(y) > kScaled && std::abs(x - y) < 0.03;
+  if (outside || scaled || std::max(std::abs(x), std::abs(y)) >= kOffCentre) {
+    std::string text =
+        format("has its principal point at (%g, %g), %s of an image of %u x %u", c.cx_px, c.cy_px,
+               outside ? "outside" : "far from the middle", c.width, c.height);
+    if (scaled || outside)
+      text += format(" (the middle of one of %.0f x %.0f)", 2 * c.cx_px + 1, 2 * c.cy_px + 1);
+    return text;
+  }
+  if (std::max(std::abs(c.p1), std::abs(c.p2)) > kTangential || !lens_unfolds(c))
+    return format("has a lens (k1 %g, k2 %g, p1 %g, p2 %g) that folds the image", c.k1, c.k2, c.p1,
+                  c.p2);
+  return "";
 }
 
 }  // namespace
+
+Result<void> check_rotation(const Eigen::Matrix3d& R, const std::string& where,
+                            const std::string& name) {
+  const double off = (R * R.transpose() - Eigen::Matrix3d::Identity()).norm();
+  const bool mirrored = R.determinant() < 0;
+  if (off < 1e-3 && !mirrored) return {};
+  return Error{ErrorCode::kConfiguration, where,
+               "the rotation in " + name + " is not a rotation matrix: " +
+                   (off < 1e-3 ? "it mirrors (determinant -1)"
+                               : format("its rows are not of length 1 and at right angles (off by "
+                                        "%.2g)",
+                                        off)),
+               mirrored && off < 1e-3 ? "one axis has the wrong sign: copy the matrix row by row"
+                                      : "copy the 4 x 4 matrix row by row from the calibration"};
+}
 
 Result<void> check_rig(const StereoRig& rig, const std::string& where) {
   const auto bad = [&where](std::string what, std::string todo) {
     return Error{ErrorCode::kConfiguration, where, std::move(what), std::move(todo)};
   };
-  if (!is_usable(rig.left) || !is_usable(rig.right))
-    return bad(
-        "a camera has no usable intrinsics (focal length, size or a value that is not finite)",
-        "write intrinsics [fu, fv, cu, cv] in pixels and resolution [width, height]");
+  for (const bool left : {true, false})
+    if (const std::string flaw = camera_flaw(left ? rig.left : rig.right); !flaw.empty())
+      return bad(std::string(left ? "cam0" : "cam1") + " " + flaw,
+                 "write intrinsics [fu, fv, cu, cv] and distortion [k1, k2, p1, p2] of images of "
+                 "just this resolution");
   if (rig.left.width != rig.right.width || rig.left.height != rig.right.height)
     return bad("left and right camera differ in resolution",
                "calibrate both at the same resolution");
-  if (!is_rotation(rig.T_body_left.linear()) || !is_rotation(rig.T_body_right.linear()))
-    return bad("the rotation in T_BS is not a rotation matrix",
-               "copy the 4 x 4 matrix row by row from the calibration");
-  if (!is_rotation(rig.T_map_camera_at_zero.linear()))
-    return bad("the rotation in T_world_cam0 is not a rotation matrix", "see rig.yaml of a sample");
+  const double focal = rig.left.fx_px / rig.right.fx_px;
+  if (focal < 0.8 || focal > 1.25)
+    return bad(format("the focal lengths of cam0 and cam1 differ (%g and %g px)", rig.left.fx_px,
+                      rig.right.fx_px),
+               "calibrate both at the same resolution and with the same lenses");
+  if (auto r = check_rotation(rig.T_left_right.linear(), where, "T_BS"); !r) return r;
+  if (auto r = check_rotation(rig.T_map_camera_at_zero.linear(), where, "T_world_cam0"); !r)
+    return r;
+  const double baseline = rig.baseline_m();
+  if (!(baseline > 0.005))
+    return bad(format("baseline %g m: the two cameras stand in the same place", baseline),
+               "check T_BS of cam0 and cam1: its translation is in metres");
+  if (!(baseline <= kLongest_m))
+    return bad(format("baseline %g m: no stereo camera is so wide", baseline),
+               "check T_BS of cam0 and cam1: its translation is in metres, not millimetres");
   const Eigen::Vector3d t = rig.T_right_left().translation();
-  if (!(rig.baseline_m() > 0.005))
-    return bad("the two cameras stand in the same place (baseline below 5 mm)",
-               "check T_BS of cam0 and cam1");
   if (t.x() >= 0 || std::abs(t.x()) < 0.7 * t.norm())
     return bad("the right camera is not to the right of the left one",
-               "cam0 must be the left camera; are the cameras swapped?");
-  const Eigen::Vector3d view = (rig.T_map_camera_at_zero * rig.T_body_left).linear().col(2);
-  if (view.z() > -0.5)
+               "cam0 must be the left camera: are the cameras swapped, or T_BS the wrong way round "
+               "(it maps camera into body)?");
+  const Eigen::Vector3d at = rig.T_map_camera_at_zero.translation();
+  const double height = rig.camera_height_m();
+  if (!(height > 0.2))
+    return bad(format("the camera is not above the floor (height %g m)", height),
+               "give its height in T_world_cam0 in metres");
+  if (!(height <= kHighest_m))
+    return bad(format("camera height %g m: no bridge crane is so high", height),
+               "T_world_cam0 is in metres, not millimetres");
+  if (!(std::max(std::abs(at.x()), std::abs(at.y())) <= kFarthest_m))
+    return bad(format("the camera is %g m from where cart and trolley read zero",
+                      std::max(std::abs(at.x()), std::abs(at.y()))),
+               "T_world_cam0 is in metres, not millimetres");
+  if (rig.T_map_camera_at_zero.linear().col(2).z() > -0.5)
     return bad("the camera does not look down (its axis is more than 60 degrees off)",
                "T_world_cam0 maps camera axes into x runway, y bridge, z up");
-  if (!(rig.camera_height_m() > 0.2))
-    return bad("the camera is not above the floor", "give its height in T_world_cam0 in metres");
+  const double floor_px = rig.left.fx_px * baseline / height;
+  if (floor_px < kLeastDisparity_px || baseline > height)
+    return bad(format("baseline %g m and camera height %g m do not go together: the floor has a "
+                      "disparity of %.1f px",
+                      baseline, height, floor_px),
+               "check T_BS and T_world_cam0: both are in metres");
   return {};
 }
 

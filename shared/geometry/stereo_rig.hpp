@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <string>
 
 #include "base/result.hpp"
 
@@ -12,27 +13,31 @@ struct CameraModel {
   std::uint32_t width = 0, height = 0;  ///< [px]
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+  int bits = 0;  ///< of a pixel, where image files have 16: 8 .. 16; 0 = not said
 };
 
-/// Two cameras of one body. T_body_* map camera points (x right, y down, z forward) into the body.
+/// Two cameras on one mount. A calibration's body frame does not get in here: what is said of the
+/// mount is said of the left camera, whatever body the calibration was made with.
+/// Camera axes: x right, y down, z forward.
 struct StereoRig {
   CameraModel left, right;
-  Eigen::Isometry3d T_body_left = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d T_body_right = Eigen::Isometry3d::Identity();
-  /// Body (= left camera) in the map while cart and trolley read zero.
+  /// Maps points of the right camera into the left one.
+  Eigen::Isometry3d T_left_right = Eigen::Isometry3d::Identity();
+  /// Left camera in the map while cart and trolley read zero.
   Eigen::Isometry3d T_map_camera_at_zero = Eigen::Isometry3d::Identity();
 
-  [[nodiscard]] Eigen::Isometry3d T_right_left() const {
-    return T_body_right.inverse() * T_body_left;
-  }
-  [[nodiscard]] double baseline_m() const { return T_right_left().translation().norm(); }
+  [[nodiscard]] Eigen::Isometry3d T_right_left() const { return T_left_right.inverse(); }
+  [[nodiscard]] double baseline_m() const { return T_left_right.translation().norm(); }
   /// Height of the left camera's centre above the floor z = 0.
-  [[nodiscard]] double camera_height_m() const {
-    return (T_map_camera_at_zero * T_body_left).translation().z();
-  }
+  [[nodiscard]] double camera_height_m() const { return T_map_camera_at_zero.translation().z(); }
 };
 
-/// Says what makes a rig unusable: focal lengths, baseline, rotation, sizes, a camera that looks
+/// Whether a matrix turns and nothing else; says what else it does.
+Result<void> check_rotation(const Eigen::Matrix3d& R, const std::string& where,
+                            const std::string& name);
+
+/// Says what makes a rig unusable or cannot be true: focal lengths, principal point and lens of
+/// another image size, baseline, height (millimetres for metres), rotations, a camera that looks
 /// up.
 Result<void> check_rig(const StereoRig& rig, const std::string& where);
 

@@ -19,7 +19,8 @@ void adopt_surface(std::size_t column, const ColumnHeight& c, Tile& tile, Occupa
     const auto block = tile.blocks.find(tile_of(z));
     const int index = in_tile(z) * kTileColumns + static_cast<int>(column);
     if (block != tile.blocks.end() && block->second->at(index) == Occupancy::kOccupied)
-      map.observe_surface(*block->second, index, z, height_m, kGrey, kGrey, kGrey);
+      for (int view = 0; view < std::max<int>(1, c.views); ++view)  // so many have seen it
+        map.observe_surface(*block->second, index, z, height_m, kGrey, kGrey, kGrey);
   };
   if (c.spread_m < 0.4 * map.voxel_m()) {
     put(c.height_m + c.spread_m);

@@ -12,9 +12,11 @@ namespace crane {
 namespace {
 
 constexpr std::uint32_t kTileMagic = 0x31564D43;    // "CMV1"
-constexpr std::uint32_t kHeightMagic = 0x32484D43;  // "CMH2"
+constexpr std::uint32_t kHeightMagic = 0x33484D43;  // "CMH3"
 constexpr std::size_t kBlockBytes = 4 + kBlockVoxels / 4;
-constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4 + 4);
+constexpr std::size_t kHeightBytes = 4 + kTileColumns * (4 + 2 + 1 + 4 + 4 + 1 + 4);
+constexpr unsigned kStateBits = 3;      // of the state: ColumnState
+constexpr unsigned kLowerBoundBit = 4;  // ... and whether the height is a lower bound
 constexpr std::int64_t kNotProven = 0x7FFFFFFF;
 constexpr int kLevel = 1;
 constexpr double kUnit = 1e-4;  // 0.1 mm
@@ -109,12 +111,16 @@ Bytes encode_heights(const TileHeights& heights) {
     put_le(raw, is_known(c.state) ? std::uint64_t(unit(c.height_m, -2e9, 2e9)) : 0, 4);
   for (const ColumnHeight& c : heights)
     put_le(raw, is_known(c.state) ? std::uint64_t(unit(c.spread_m, 0, 65'535)) : 0, 2);
-  for (const ColumnHeight& c : heights) put_le(raw, std::uint64_t(c.state), 1);
+  for (const ColumnHeight& c : heights)
+    put_le(raw, unsigned(c.state) | (is_known(c.state) && c.lower_bound ? kLowerBoundBit : 0), 1);
   for (const ColumnHeight& c : heights)
     put_le(raw, std::uint64_t(c.last_observed / kNsPerSecond), 4);
   for (const ColumnHeight& c : heights)
     put_le(raw, std::uint64_t(std::isfinite(c.proven_m) ? unit(c.proven_m, -2e9, 2e9) : kNotProven),
            4);
+  for (const ColumnHeight& c : heights) put_le(raw, is_known(c.state) ? c.views : 0U, 1);
+  for (const ColumnHeight& c : heights)
+    put_le(raw, is_known(c.state) ? std::uint64_t(unit(c.free_to_m, -2e9, 2e9)) : 0, 4);
   return compress(raw, kLevel);
 }
 
@@ -130,11 +136,15 @@ Result<TileHeights> decode_heights(std::span<const std::uint8_t> payload) {
     c.height_m = kUnit * static_cast<std::int32_t>(get_le(*raw, 4 + 4 * i, 4));
     c.spread_m = kUnit * double(get_le(*raw, 4 + 4 * n + 2 * i, 2));
     const std::uint64_t state = get_le(*raw, 4 + 6 * n + i, 1);
-    if (state > 3) return damaged("has a column of unknown state");
-    c.state = static_cast<ColumnState>(state);
+    c.state = static_cast<ColumnState>(state & kStateBits);
+    c.lower_bound = (state & kLowerBoundBit) != 0;
+    if (state > (kStateBits | kLowerBoundBit) || (c.lower_bound && !is_known(c.state)))
+      return damaged("has a column of unknown state");
     c.last_observed = static_cast<TimeNs>(get_le(*raw, 4 + 7 * n + 4 * i, 4)) * kNsPerSecond;
     const auto proven = static_cast<std::int32_t>(get_le(*raw, 4 + 11 * n + 4 * i, 4));
     if (proven != kNotProven) c.proven_m = kUnit * proven;
+    c.views = static_cast<std::uint8_t>(get_le(*raw, 4 + 15 * n + i, 1));
+    c.free_to_m = kUnit * static_cast<std::int32_t>(get_le(*raw, 4 + 16 * n + 4 * i, 4));
   }
   return out;
 }

@@ -1,14 +1,22 @@
 #include "mapping/heights.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace crane {
 namespace {
 
 constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::min();
 
-/// Of each column: the highest occupied voxel, and the highest that something was seen in which is
-/// not believed yet, or no more.
+/// Noise of a surface, and what stands beside it, leave so many voxels above it unknown.
+constexpr int kUncertain = 2;
+
+/// Of each column: the highest occupied voxel, the highest that something was seen in which is not
+/// believed yet, or no more, and the runs of free voxels above the occupied one.
 struct Tops {
   std::array<std::int16_t, kTileColumns> occupied, contested;
+  std::array<std::int16_t, kTileColumns> free_first, free_end;  ///< of the lowest run; first, end
+  std::array<std::uint8_t, kTileColumns> runs;                  ///< 0, 1, or more
 };
 
 /// Layer by layer from above: 1024 columns at once.
@@ -16,17 +24,34 @@ Tops tops(const Tile& tile) {
   Tops top;
   top.occupied.fill(kNone);
   top.contested.fill(kNone);
-  for (auto it = tile.blocks.rbegin(); it != tile.blocks.rend(); ++it)
+  top.free_first.fill(kNone);
+  top.free_end.fill(kNone);
+  top.runs.fill(0);
+  std::array<std::uint8_t, kTileColumns> in_run{};
+  int expected = 0;  // the block that comes when none is missing
+  for (auto it = tile.blocks.rbegin(); it != tile.blocks.rend(); ++it) {
+    if (it->first != expected) in_run.fill(0);
+    expected = it->first - 1;
     for (int z = kTileEdge - 1; z >= 0; --z) {
       const auto voxel_z = static_cast<std::int16_t>(it->first * kTileEdge + z);
+      const auto above = static_cast<std::int16_t>(voxel_z + 1);
       const std::int8_t* layer = it->second->log_odds.data() + z * kTileColumns;
       for (std::size_t c = 0; c < kTileColumns; ++c) {
+        const bool open = top.occupied[c] == kNone;
         const bool believed = layer[c] >= kBelieved;
         const bool seen = layer[c] > 0 && !believed;
-        top.occupied[c] = believed && top.occupied[c] == kNone ? voxel_z : top.occupied[c];
+        const bool free = open && layer[c] < 0;
+        const bool begins = free && in_run[c] == 0;
+        top.free_end[c] = begins ? above : top.free_end[c];
+        top.free_first[c] = free ? voxel_z : top.free_first[c];
+        top.runs[c] =
+            static_cast<std::uint8_t>(begins && top.runs[c] < 2 ? top.runs[c] + 1 : top.runs[c]);
+        in_run[c] = free ? 1 : 0;
+        top.occupied[c] = believed && open ? voxel_z : top.occupied[c];
         top.contested[c] = seen && top.contested[c] == kNone ? voxel_z : top.contested[c];
       }
     }
+  }
   return top;
 }
 
@@ -49,6 +74,10 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
       if (known.stale) c.state = ColumnState::kStale;
       continue;
     }
+    const auto views_of = [&](int z) {
+      const auto& layer = tile.blocks.at(tile_of(z))->surface[static_cast<std::size_t>(in_tile(z))];
+      return layer ? (*layer)[column].weight : std::uint8_t{0};
+    };
     const auto height_of = [&](int z, double& height_m) {
       const auto block = tile.blocks.find(tile_of(z));
       if (block == tile.blocks.end()) return false;
@@ -60,11 +89,18 @@ std::array<ColumnHeight, kTileColumns> tile_heights(const OccupancyMap& map, con
     double below_m = 0;
     height_of(top[column], c.height_m);
     c.spread_m = 0.5 * voxel;
+    c.views = views_of(top[column]);
     // The voxel below, if it holds the same surface.
     if (height_of(top[column] - 1, below_m) && c.height_m - below_m < 0.75 * voxel) {
       c.spread_m = 0.5 * (c.height_m - below_m);
       c.height_m = 0.5 * (c.height_m + below_m);
+      c.views = std::max(c.views, views_of(top[column] - 1));
     }
+    const int above = top[column] + 1;
+    const bool free = all.runs[column] > 0 && all.free_first[column] <= above + kUncertain;
+    const int free_end = free ? all.free_end[column] : above;
+    c.free_to_m = free_end * voxel;
+    c.lower_bound = free_end - above < voxels_above(voxel) || all.runs[column] != 1;
     c.state = c.height_m <= tolerance_m ? ColumnState::kFloor : ColumnState::kObstacle;
   }
   return out;

@@ -48,8 +48,8 @@ std::size_t mask_bodies(const Bodies& bodies, const DepthFrame& frame, std::span
       if (row.row < 0 || row.row >= static_cast<int>(frame.height)) continue;
       for (int u = std::max(row.first, 0); u <= std::min(row.last, width - 1); ++u) {
         float& depth = depth_m[std::size_t(row.row) * frame.width + std::size_t(u)];
-        masked += depth > 0 ? 1 : 0;
-        depth = 0;
+        masked += depth != 0 && !std::isnan(depth) ? 1 : 0;
+        depth = kNotLookedAt;
       }
     }
   }

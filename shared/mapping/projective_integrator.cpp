@@ -14,6 +14,7 @@ static_assert(kCube == kFreeCube);
 /// A surface less certain than this share of a voxel joins one that is there, within this many
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
+constexpr double kArrivals_m = 3;
 constexpr int kHitLeast = 7;  ///< three of them are believed
 constexpr int kJoinMax = 8;   ///< voxels
 /// OctoMap's limits.
@@ -33,6 +34,14 @@ class Freeing {
     log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
     tile_.reclassified |= classify(log_odds) != before;
     tile_.changed = true;
+  }
+  /// Whether a row of a cube is as free as can be, and was seen in this epoch.
+  [[nodiscard]] bool is_done(const std::int8_t* log_odds, const Epoch* seen) const {
+    std::uint64_t odds = 0;
+    std::uint64_t epochs = 0;
+    std::memcpy(&odds, log_odds, sizeof odds);
+    std::memcpy(&epochs, seen, sizeof epochs);
+    return odds == kEach * static_cast<std::uint8_t>(least_) && epochs == kEach * now_;
   }
   /// A row of a cube. False when it is not yet as free as can be.
   bool row(std::int8_t* log_odds, Epoch* seen) {
@@ -139,17 +148,20 @@ ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, Occ
   p.R_exact = T_rectified_map.linear() * voxel;
   p.R = p.R_exact.cast<float>();
   p.t = T_rectified_map.translation();
-  FreeProjection& c = p.cells;
-  c.cells = free_.cells();
-  c.columns = free_.columns();
-  c.rows = free_.rows();
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < 3; ++i) c.step[axis][i] = p.R(i, axis);
-  c.focal = static_cast<float>(f.f_px / free_.cell_px());
-  c.cu = static_cast<float>((f.cx_px + 0.5) / free_.cell_px());
-  c.cv = static_cast<float>((f.cy_px + 0.5) / free_.cell_px());
-  c.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
-  c.near_m = static_cast<float>(voxel);
+  for (int level = 0; level < FreeDepth::kLevels; ++level) {
+    FreeProjection& c = p.levels[static_cast<std::size_t>(level)];
+    c.cells = free_.cells(level);
+    c.columns = free_.columns(level);
+    c.rows = free_.rows(level);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i < 3; ++i) c.step[axis][i] = p.R(i, axis);
+    c.focal = static_cast<float>(f.f_px / free_.cell_px(level));
+    c.cu = static_cast<float>((f.cx_px + 0.5) / free_.cell_px(level));
+    c.cv = static_cast<float>((f.cy_px + 0.5) / free_.cell_px(level));
+    c.reach_m = 0.5F * (std::abs(p.R(2, 0)) + std::abs(p.R(2, 1)) + std::abs(p.R(2, 2)));
+    c.near_m = static_cast<float>(voxel);
+  }
+  p.voxel_cells = static_cast<float>(f.f_px * voxel / (2 * free_.cell_px()));
   const double farthest = free_.farthest_m();
   if (!(farthest > 0)) return out;
 
@@ -184,18 +196,63 @@ std::uint64_t ProjectiveIntegrator::carve(const Frustum& frustum, std::atomic<st
   return freed;
 }
 
-bool ProjectiveIntegrator::is_free(const Eigen::Vector3f& centre) const {
-  const FreeProjection& c = projection_.cells;
+const FreeProjection& ProjectiveIntegrator::level_at(float depth_m) const {
+  // 3 x 3 cells of level 0 are 1.5 pairs: as much as a voxel of sqrt(2) pairs needs.
+  constexpr float kCovered = 1.42F;
+  std::size_t level = 0;
+  float pairs = projection_.voxel_cells / depth_m;
+  for (; pairs > kCovered && level + 1 < projection_.levels.size(); ++level) pairs /= 2;
+  return projection_.levels[level];
+}
+
+bool ProjectiveIntegrator::is_free(std::int32_t x, std::int32_t y, std::int32_t z) const {
+  const auto in_camera = [this](double i, double j, double k) -> Eigen::Vector3f {
+    return (projection_.R_exact * Eigen::Vector3d(i + 0.5, j + 0.5, k + 0.5) + projection_.t)
+        .cast<float>();
+  };
+  // As carve_block() does for the cube of the voxel.
+  constexpr int kFirst = ~(kCube - 1);
+  float near = in_camera(x & kFirst, y & kFirst, z & kFirst).z();
+  for (int axis = 0; axis < 3; ++axis) near += (kCube - 1) * std::min(0.0F, projection_.R(2, axis));
+  const FreeProjection& c = level_at(std::max(near, projection_.levels[0].near_m));
+  const Eigen::Vector3f centre = in_camera(x, y, z);
   if (centre.z() < c.near_m) return false;
   const float scale = c.focal / centre.z();
-  return centre.z() + c.reach_m < free_.at(centre.x() * scale + c.cu, centre.y() * scale + c.cv);
+  const float u = centre.x() * scale + c.cu;
+  const float v = centre.y() * scale + c.cv;
+  if (!(u >= 0 && v >= 0 && u < float(c.columns) && v < float(c.rows))) return false;
+  return centre.z() + c.reach_m <
+         c.cells[std::size_t(int(v)) * std::size_t(c.columns) + std::size_t(int(u))];
+}
+
+void ProjectiveIntegrator::forget_blind(Tile& tile, Block& block, const Eigen::Vector3f& corner,
+                                        int x0, int y0, int z0) const {
+  FreeProjection blind = projection_.levels[0];
+  blind.cells = free_.blind();
+  std::uint8_t masks[kCube * kCube];
+  free_of_cube(blind, corner.data(), masks);
+  bool any = false;
+  for (int row = 0; row < kCube * kCube; ++row) {
+    const auto at =
+        std::size_t(((z0 + row / kCube) * kTileEdge + y0 + row % kCube) * kTileEdge + x0);
+    for (unsigned seen = masks[row]; seen != 0; seen &= seen - 1) {
+      const std::size_t i = at + std::size_t(__builtin_ctz(seen));
+      if (block.log_odds[i] >= 0) continue;
+      block.log_odds[i] = 0;
+      block.seen[i] = 0;
+      any = true;
+    }
+  }
+  if (!any) return;
+  block.settled[cube_index(x0, y0, z0)] = 0;
+  tile.changed = tile.reclassified = true;
 }
 
 std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map) {
   std::uint64_t freed = 0;
   Freeing freeing(tile, map.epoch(), settings_.as_octomap);
   const Projection& p = projection_;
-  const FreeProjection& cells = p.cells;
+  const FreeProjection& cells = p.levels[0];
   const auto found = tile.blocks.find(block_z);
   Block* block = found == tile.blocks.end() ? nullptr : found->second.get();
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
@@ -211,7 +268,10 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
     for (int y0 = 0; y0 < kTileEdge; y0 += kCube)
       for (int x0 = 0; x0 < kTileEdge; x0 += kCube) {
         const std::size_t cube = cube_index(x0, y0, z0);
-        if (block != nullptr && block->settled[cube] == map.epoch()) continue;
+        const bool low = (block_z * kTileEdge + z0) * map.voxel_m() < kArrivals_m &&
+                         !settings_.as_octomap && block != nullptr;
+        const bool done = block != nullptr && block->settled[cube] == map.epoch();
+        if (done && !low) continue;
         const Eigen::Vector3f corner =
             first.cast<float>() + p.R * Eigen::Vector3f(float(x0), float(y0), float(z0));
         // Where the centres of the cube's voxels can lie: the hull of those at its corners.
@@ -236,8 +296,11 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
           v0 += cells.cv - kRounding, v1 += cells.cv + kRounding;
           if (!free_.touches(u0, v0, u1, v1)) continue;
           range = free_.range(u0, v0, u1, v1);
+          if (low && range.blind) forget_blind(tile, *block, corner, x0, y0, z0);
+          if (done && block->settled[cube] == map.epoch()) continue;
           if (near + cells.reach_m >= range.high) continue;
         }
+        if (done) continue;
         if (block == nullptr && (block = map.block(tile, block_z)) == nullptr) return freed;
         const auto at = [x0](int z, int y) { return (z * kTileEdge + y) * kTileEdge + x0; };
         std::int8_t* log_odds = block->log_odds.data();
@@ -252,23 +315,47 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
           continue;
         }
         std::uint8_t masks[kCube * kCube];
-        free_of_cube(cells, corner.data(), masks);
+        free_of_cube(level_at(std::max(near, cells.near_m)), corner.data(), masks);
+        bool settled = whole;
         for (int z = std::max(z0, z_first); z <= std::min(z0 + kCube - 1, z_last); ++z)
           for (int y = y0; y < y0 + kCube; ++y) {
             const unsigned mask = masks[(z - z0) * kCube + (y - y0)];
-            if (mask == 0) continue;
+            if (mask == 0) {
+              settled = settled && freeing.is_done(log_odds + at(z, y), seen + at(z, y));
+              continue;
+            }
             freed += static_cast<unsigned>(__builtin_popcount(mask));
             if (mask == 0xFF) {
-              freeing.row(log_odds + at(z, y), seen + at(z, y));
+              settled &= freeing.row(log_odds + at(z, y), seen + at(z, y));
               continue;
             }
             for (unsigned free = mask; free != 0; free &= free - 1)
               freeing.voxel(log_odds[at(z, y) + __builtin_ctz(free)],
                             seen[at(z, y) + __builtin_ctz(free)]);
+            settled = settled && freeing.is_done(log_odds + at(z, y), seen + at(z, y));
           }
+        if (settled) block->settled[cube] = map.epoch();
       }
   }
   return freed;
+}
+
+/// Voxels of a column below z that are free become unknown. True when there were any.
+static bool forget_below(Tile& tile, int column, int z) {
+  bool any = false;
+  for (const auto& [block_z, block] : tile.blocks) {
+    const int layers = std::min(kTileEdge, z - block_z * kTileEdge);
+    if (layers <= 0) break;
+    for (int k = 0; k < layers; ++k) {
+      const auto index = static_cast<std::size_t>(k * kTileColumns + column);
+      if (block->log_odds[index] >= 0) continue;
+      block->log_odds[index] = 0;
+      block->seen[index] = 0;
+      block->settled[cube_index(column % kTileEdge, column / kTileEdge, k)] = 0;
+      any = true;
+    }
+  }
+  return any;
 }
 
 bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
@@ -298,12 +385,9 @@ bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
   // A voxel with a surface in this very frame is not free, whatever passes beside it. (One that is
   // still as occupied as can be was not freed.)
   const int most = settings_.as_octomap ? kOctomapMax : kLogOddsMax;
-  const auto centre = [&]() -> Eigen::Vector3f {
-    return (projection_.R_exact * Eigen::Vector3d(hit.x + 0.5, hit.y + 0.5, z + 0.5) +
-            projection_.t)
-        .cast<float>();
-  };
-  const bool freed = log_odds < most && is_free(centre());
+  const bool freed = log_odds < most && is_free(hit.x, hit.y, z);
+  // New here: what was seen free below it was so before it came.
+  if (log_odds <= 0 && !settings_.as_octomap) tile.reclassified |= forget_below(tile, column, z);
   const Occupancy before = classify(log_odds);
   if (settings_.as_octomap) {
     const int v = std::min(log_odds + strength - (freed ? kMiss : 0), most);

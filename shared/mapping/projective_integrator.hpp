@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <vector>
@@ -45,8 +46,11 @@ class ProjectiveIntegrator {
     Eigen::Matrix3d R_exact;  ///< rectified camera from map, per voxel
     Eigen::Matrix3f R;        ///< the same
     Eigen::Vector3d t;        ///< position of map origin in the camera, [m]
-    FreeProjection cells;
+    std::array<FreeProjection, FreeDepth::kLevels> levels;
+    float voxel_cells = 1;  ///< edge of a voxel at a depth of 1 m, in pairs of cells of level 0
   };
+  /// The level of FreeDepth whose 3 x 3 cells cover a voxel at this depth [m].
+  [[nodiscard]] const FreeProjection& level_at(float depth_m) const;
   /// Tiles and blocks that the frustum touches.
   struct Frustum {
     std::vector<Tile*> tiles;
@@ -56,7 +60,11 @@ class ProjectiveIntegrator {
   /// Frees tiles of the frustum until none is left; `next` is shared with another thread.
   std::uint64_t carve(const Frustum& frustum, std::atomic<std::size_t>& next, OccupancyMap& map);
   std::uint64_t carve_block(Tile& tile, int block_z, OccupancyMap& map);
-  [[nodiscard]] bool is_free(const Eigen::Vector3f& centre) const;
+  /// Free voxels of a cube that lie in blind patches become unknown.
+  void forget_blind(Tile& tile, Block& block, const Eigen::Vector3f& corner, int x0, int y0,
+                    int z0) const;
+  /// Whether a voxel was seen through in this frame.
+  [[nodiscard]] bool is_free(std::int32_t x, std::int32_t y, std::int32_t z) const;
   /// Returns the number of voxels observed occupied.
   std::uint64_t apply_all(const std::vector<SurfaceHit>& hits, TimeNs time, OccupancyMap& map);
   /// False when there is no memory for it.

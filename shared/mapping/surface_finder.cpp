@@ -86,7 +86,7 @@ void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px
   float farthest = 0;
   for (std::uint32_t v = step_v / 2 & ~1U; v < f.height; v += step_v)
     for (std::uint32_t u = step_u / 2; u < f.width; u += step_u)
-      farthest = std::max(farthest, f.depth_m[std::size_t(v) * f.width + u]);
+      farthest = std::max(farthest, std::abs(f.depth_m[std::size_t(v) * f.width + u]));
   if (!(farthest > 0)) return;
   Eigen::AlignedBox2d box;
   for (int corner = 0; corner < 8; ++corner) {
@@ -118,7 +118,7 @@ void SurfaceFinder::collect(const DepthFrame& f, double voxel_m, double voxel_px
     const float y = (float(v) - float(f.cy_px)) * inverse_f;
     for (std::uint32_t u = step_u / 2; u < f.width; u += step_u) {
       const std::size_t i = std::size_t(v) * f.width + u;
-      const float depth = f.depth_m[i];
+      const float depth = std::abs(f.depth_m[i]);
       if (!(depth > 0)) continue;
       const Eigen::Vector3f p =
           depth * (R.col(0) * ((float(u) - float(f.cx_px)) * inverse_f) + R.col(1) * y + R.col(2)) +

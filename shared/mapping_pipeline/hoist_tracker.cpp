@@ -7,6 +7,7 @@
 namespace crane {
 namespace {
 
+constexpr TimeNs kOtherTime = 60 * kNsPerSecond;
 constexpr std::size_t kKept = 512;       ///< readings
 constexpr double kFarthestStep_m = 2.0;  ///< from reading to reading
 
@@ -35,8 +36,7 @@ bool HoistTracker::add(const HoistReading& reading) {
     return false;
   if (!readings_.empty() && reading.time <= readings_.back().time) {
     // Sent again by a player; or another recording, with times of its own.
-    constexpr TimeNs kOtherRecording = 60 * kNsPerSecond;
-    if (reading.time > readings_.back().time - kOtherRecording) return true;
+    if (reading.time > readings_.back().time - kOtherTime) return true;
     readings_.clear();
     unproven_.clear();
     last_.reset();
@@ -63,6 +63,17 @@ HoistKnown HoistTracker::known_at(TimeNs exposure) const {
   const auto last = before(exposure);
   return last != readings_.end() && exposure - last->time <= max_gap() ? HoistKnown::kKnown
                                                                        : HoistKnown::kLost;
+}
+
+std::optional<TimeNs> HoistTracker::apart(TimeNs exposure) const {
+  if (readings_.empty()) return std::nullopt;
+  const auto last = before(exposure);
+  const auto next = last == readings_.end() ? readings_.begin() : std::next(last);
+  TimeNs nearest = next != readings_.end() ? next->time - exposure : last->time - exposure;
+  if (last != readings_.end() && exposure - last->time < std::abs(nearest))
+    nearest = last->time - exposure;
+  if (std::abs(nearest) <= kOtherTime) return std::nullopt;
+  return nearest;
 }
 
 Bodies HoistTracker::bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const {

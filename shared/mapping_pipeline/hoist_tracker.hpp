@@ -30,6 +30,9 @@ class HoistTracker {
   /// Whether a reading as late as the exposure has come.
   [[nodiscard]] bool reaches(TimeNs exposure) const;
   [[nodiscard]] HoistKnown known_at(TimeNs exposure) const;
+  /// How much later than the exposure the nearest reading is, when that is more than a minute off:
+  /// then they are of different clocks, or of different recordings, and no gap.
+  [[nodiscard]] std::optional<TimeNs> apart(TimeNs exposure) const;
   /// What may be rope, hook or load at an exposure, by the readings before and after it.
   [[nodiscard]] Bodies bodies_at(TimeNs exposure, const Eigen::Vector2d& gantry_m) const;
   /// Marks what hook and load have passed since the last call, as far as positions are known and

@@ -29,6 +29,11 @@ IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
   return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
 }
 
+double ceiling(const MapperConfig& c, const HoistConfig& hoist, const StereoRig& rig) {
+  const double rope = hoist.rope_top_m > 0 ? hoist.rope_top_m : rig.camera_height_m();
+  return std::max(0.0, std::min(rope, heights(c, rig).z_max_m));
+}
+
 std::optional<PaperMapper> make_paper(const MapperConfig& c) {
   if (c.method != MapperConfig::Method::kPaper) return std::nullopt;
   PaperSettings s;
@@ -75,6 +80,7 @@ MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& ri
                                  const HoistConfig& hoist)
     : config_(config),
       rig_(rig),
+      ceiling_m_(ceiling(config, hoist, rig)),
       calibration_(calibration_digest(rig)),
       gantry_(config),
       positions_(cell_m(rig)),
@@ -201,12 +207,17 @@ Eigen::Isometry3d MappingPipeline::T_map_rectified(const CloudSample& cloud,
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
   return Eigen::Translation3d(gantry_m.x(), gantry_m.y(), 0) * rig_.T_map_camera_at_zero *
-         rig_.T_body_left * T_left_rectified;
+         T_left_rectified;
 }
 
 void MappingPipeline::cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m) {
   hoist_known_ = hoist_.known_at(cloud.exposure_time);
-  if (hoist_known_ == HoistKnown::kLost) counts_.add(Cause::kHoistUnknown);
+  hoist_apart_s_ = 0;
+  if (hoist_known_ == HoistKnown::kLost) {
+    const std::optional<TimeNs> apart = hoist_.apart(cloud.exposure_time);
+    if (apart) hoist_apart_s_ = double(*apart) * 1e-9;
+    counts_.add(apart ? Cause::kHoistOfAnotherTime : Cause::kHoistUnknown);
+  }
   counts_.add(Cause::kHoistPixels, mask_bodies(hoist_.bodies_at(cloud.exposure_time, gantry_m),
                                                cloud.frame, cloud.depth_m));
 }
@@ -242,6 +253,7 @@ PipelineReport MappingPipeline::report() const {
   r.account = account();
   r.counts = counts_;
   r.hoist = hoist_known_;
+  r.hoist_apart_s = hoist_apart_s_;
   r.refused = last_refused_;
   r.waiting = queue_.size();
   r.last_arrival = last_arrival_;
@@ -294,6 +306,7 @@ void MappingPipeline::clear() {
 
 void MappingPipeline::adopt(const FrameAccount& account, HoistKnown hoist, TimeNs now) {
   hoist_known_ = hoist;
+  hoist_apart_s_ = 0;
   const FrameAccount& ours = queue_.account();
   if (account.last_frame_time == ours.last_frame_time && account.stream == ours.stream) return;
   queue_.restore(account);

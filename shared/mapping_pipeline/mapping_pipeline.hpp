@@ -45,6 +45,8 @@ struct PipelineReport {
   FrameAccount account;                     ///< of the stream that is mapped
   DropCounts counts;                        ///< since the start
   HoistKnown hoist = HoistKnown::kNotUsed;  ///< at the last frame
+  /// kLost because all hoist_state is of another time: the nearest is so much later; else 0.
+  double hoist_apart_s = 0;
   Trust trust = Trust::kGood;
   double jump_m = 0;             ///< of the axis that jumped
   std::optional<Cause> refused;  ///< why the last frame is not in the map; nothing: it is
@@ -90,6 +92,8 @@ class MappingPipeline {
   [[nodiscard]] const FrameAccount& account() const { return queue_.account(); }
   /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.
   [[nodiscard]] double voxel_m() const { return map_->voxel_m(); }
+  /// Where the rope ends, or the map when that is lower: MapStatus.ceiling_m.
+  [[nodiscard]] double ceiling_m() const { return ceiling_m_; }
 
   // ------------------------------------------------------------------ The paper's method.
 
@@ -124,12 +128,14 @@ class MappingPipeline {
 
   MapperConfig config_;
   StereoRig rig_;
+  double ceiling_m_;
   std::uint64_t calibration_;  ///< digest of the rig
   CloudQueue queue_;
   Gantry gantry_;
   PositionTrust positions_;
   HoistTracker hoist_;
   HoistKnown hoist_known_;
+  double hoist_apart_s_ = 0;
   ProjectiveIntegrator integrator_;
   std::unique_ptr<OccupancyMap> map_;
   AgeClock ages_;

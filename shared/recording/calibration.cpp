@@ -1,5 +1,6 @@
 #include "recording/calibration.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -44,9 +45,12 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
   y.numbers("resolution", size, 2, true);
   y.numbers("intrinsics", k, 4, true);
   y.numbers("distortion_coefficients", d, 4);
+  int bits = 0;
+  y.integer("bits", bits, 8, 16);
   read_transform(y, "T_BS", T_BS);
-  if (!size.empty() && (size[0] < 16 || size[0] > 65'535 || size[1] < 16 || size[1] > 65'535))
-    y.problem("resolution", "is not a size in pixels");
+  for (const double s : size)
+    if (s < 16 || s > 65'535 || s != std::floor(s))
+      y.problem("resolution", "is not a size in pixels");
   if (auto done = y.finish(); !done) return done.error();
   camera = {static_cast<std::uint32_t>(size[0]),
             static_cast<std::uint32_t>(size[1]),
@@ -57,7 +61,8 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
             d[0],
             d[1],
             d[2],
-            d[3]};
+            d[3],
+            bits};
   return {};
 }
 
@@ -88,10 +93,15 @@ Result<StereoRig> read_rig(const std::string& folder) {
   if (!std::filesystem::is_directory(folder))
     return Error{ErrorCode::kConfiguration, folder, "no such folder",
                  "give the folder that holds cam0, cam1 and rig.yaml"};
-  if (auto r = read_camera(folder + "/cam0/sensor.yaml", rig.left, rig.T_body_left); !r)
-    return r.error();
-  if (auto r = read_camera(folder + "/cam1/sensor.yaml", rig.right, rig.T_body_right); !r)
-    return r.error();
+  // T_BS: camera in a body frame of the calibration's choice (EuRoC: that of the IMU). rig.yaml
+  // places cam0 itself, so that only what the cameras are to each other counts of it.
+  Eigen::Isometry3d T_body[2] = {Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
+  for (int i = 0; i < 2; ++i) {
+    const std::string path = folder + "/cam" + std::to_string(i) + "/sensor.yaml";
+    if (auto r = read_camera(path, i == 0 ? rig.left : rig.right, T_body[i]); !r) return r.error();
+    if (auto r = check_rotation(T_body[i].linear(), path, "T_BS"); !r) return r.error();
+  }
+  rig.T_left_right = T_body[0].inverse() * T_body[1];
   auto file = YamlReader::from_file(folder + "/rig.yaml");
   if (!file) return file.error();
   file->ignore("comment");
@@ -109,14 +119,16 @@ Result<void> write_rig(const StereoRig& rig, const std::string& folder, double r
     std::filesystem::create_directories(dir + "/data", failed);
     std::ostringstream s;
     s.precision(17);
+    const std::string bits = c.bits > 0 ? "bits: " + std::to_string(c.bits) + "\n" : "";
     s << "# camera axes: x right, y down in the image, z along the view; body = the axes of cam0\n"
       << "sensor_type: camera\ncomment: " << (i == 0 ? "left" : "right")
-      << "\nT_BS:" << transform_text(i == 0 ? rig.T_body_left : rig.T_body_right)
+      << "\nT_BS:" << transform_text(i == 0 ? Eigen::Isometry3d::Identity() : rig.T_left_right)
       << "rate_hz: " << rate_hz << "\nresolution: [" << c.width << ", " << c.height
       << "]\ncamera_model: pinhole\n"
       << "intrinsics: [" << c.fx_px << ", " << c.fy_px << ", " << c.cx_px << ", " << c.cy_px
       << "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: ["
-      << c.k1 << ", " << c.k2 << ", " << c.p1 << ", " << c.p2 << "]\n";
+      << c.k1 << ", " << c.k2 << ", " << c.p1 << ", " << c.p2 << "]\n"
+      << bits;
     if (auto r = write_text(dir + "/sensor.yaml", s.str()); !r) return r;
   }
   return write_text(folder + "/rig.yaml",

@@ -1,9 +1,8 @@
 #include "recording/hoist_csv.hpp"
 
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
+#include "config/yaml_strict.hpp"
 #include "recording/csv.hpp"
 
 namespace crane {
@@ -21,13 +20,12 @@ Result<std::vector<HoistReading>> to_readings(
   std::vector<HoistReading> out;
   for (const auto& [time, text] : *rows) {
     std::vector<double> v;
-    const char* at = text.c_str();
-    for (char* end = nullptr; v.size() < 8; at = end + 1) {
-      v.push_back(std::strtod(at, &end));
-      const bool good = end != at && std::isfinite(v.back()) && (*end == '\0' || *end == ',');
-      if (!good) return bad_hoist(path, time, text);
-      if (*end == '\0') break;
-      if (v.size() == 8) return bad_hoist(path, time, text);
+    for (std::size_t at = 0; at != std::string::npos;) {
+      const std::size_t comma = text.find(',', at);
+      const auto value = decimal_number(text.substr(at, comma - at));
+      if (!value || v.size() == 8) return bad_hoist(path, time, text);
+      v.push_back(*value);
+      at = comma == std::string::npos ? comma : comma + 1;
     }
     v.resize(8);
     HoistReading r;

@@ -1,82 +1,91 @@
 #include "recording/image_file.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+
+#include "recording/jpeg.hpp"
 
 namespace crane {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
-/// OpenCV decodes a cut JPEG into grey rows with only a warning: look for the end of the stream.
-bool is_whole(const std::vector<std::uint8_t>& f) {
-  const bool jpeg = f.size() > 4 && f[0] == 0xFF && f[1] == 0xD8;
-  const bool png = f.size() > 16 && f[0] == 0x89 && f[1] == 'P';
-  if (jpeg) {
-    std::size_t end = f.size();
-    while (end > 2 && f[end - 1] == 0) --end;  // some cameras pad with zeros
-    return f[end - 2] == 0xFF && f[end - 1] == 0xD9;
-  }
-  if (png) {
-    const std::string tail(f.end() - 12, f.end());
-    return tail.find("IEND") != std::string::npos;
-  }
-  return false;
+std::uint64_t be32(const std::vector<std::uint8_t>& f, std::size_t i) {
+  return std::uint64_t{f[i]} << 24U | std::uint64_t{f[i + 1]} << 16U |
+         std::uint64_t{f[i + 2]} << 8U | f[i + 3];
 }
 
-/// Width and height from the header, before any memory is taken for the pixels.
-bool header_size(const std::vector<std::uint8_t>& f, std::uint64_t& width, std::uint64_t& height) {
-  const auto be16 = [&f](std::size_t i) { return std::uint64_t(f[i]) << 8U | f[i + 1]; };
-  if (f[0] == 0x89) {
-    if (f.size() < 24) return false;
-    width = be16(16) << 16U | be16(18);
-    height = be16(20) << 16U | be16(22);
-    return true;
-  }
-  for (std::size_t i = 2; i + 9 < f.size();) {
-    if (f[i] != 0xFF) return false;
-    const std::uint8_t marker = f[i + 1];
-    if (marker == 0xFF) {
-      ++i;
-      continue;
-    }
-    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
-      height = be16(i + 5);
-      width = be16(i + 7);
-      return true;
-    }
-    i += 2 + be16(i + 2);
-  }
-  return false;
+bool is_png(const std::vector<std::uint8_t>& f) {
+  static constexpr std::uint8_t kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  return f.size() > 33 && std::equal(std::begin(kSignature), std::end(kSignature), f.begin());
 }
 
-}  // namespace
+/// Bytes of a PNG up to the end of its last chunk, which some writers put something behind; 0: it
+/// is cut.
+std::size_t png_size(const std::vector<std::uint8_t>& f) {
+  for (std::uint64_t at = 8; at + 12 <= f.size();) {
+    const std::uint64_t end = at + 12 + be32(f, at);
+    if (end > f.size()) return 0;
+    const std::string type(f.begin() + std::ptrdiff_t(at + 4), f.begin() + std::ptrdiff_t(at + 8));
+    if (type == "IEND") return end;
+    at = end;
+  }
+  return 0;
+}
 
-Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
-                           std::uint64_t max_pixels) {
-  if (!is_whole(file))
-    return Error{ErrorCode::kBadData, name, "is not a complete PNG or JPEG file (truncated?)",
+/// 16-bit values to 8 bits; those of a camera of fewer bits fill only the lower ones.
+Result<cv::Mat> to_8_bits(const cv::Mat& image, const std::string& name, int bits) {
+  double most = 0;
+  cv::minMaxLoc(image.reshape(1), nullptr, &most);
+  const std::string largest = "its largest value is " + std::to_string(static_cast<int>(most));
+  if (bits == 0)
+    return Error{
+        ErrorCode::kConfiguration, name,
+        "has 16 bits, and its sensor.yaml does not say how many of them count (" + largest + ")",
+        "write 'bits: 12' for values up to 4095, 'bits: 16' for values that fill 16 bits "
+        "(left-aligned ones too), or convert it to 8 bits"};
+  if (most >= double(1U << static_cast<unsigned>(bits)))
+    return Error{ErrorCode::kConfiguration, name,
+                 largest + ", sensor.yaml says bits: " + std::to_string(bits),
+                 "correct 'bits'; left-aligned values have 16"};
+  cv::Mat out;
+  out.create(image.size(), CV_8UC(image.channels()));
+  const auto* from = image.ptr<std::uint16_t>();
+  auto* to = out.ptr<std::uint8_t>();
+  const std::size_t count = image.total() * static_cast<std::size_t>(image.channels());
+  for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(from[i] >> (bits - 8));
+  return out;
+}
+
+Result<Image> decode_png(std::vector<std::uint8_t> file, const std::string& name,
+                         std::uint64_t max_pixels, int bits) {
+  const std::size_t size = png_size(file);
+  if (size == 0)
+    return Error{ErrorCode::kBadData, name, "is not a complete PNG file (truncated?)",
                  "record it again or remove its line from data.csv"};
-  std::uint64_t width = 0;
-  std::uint64_t height = 0;
-  if (!header_size(file, width, height))
-    return Error{ErrorCode::kBadData, name, "has a damaged header", "record it again"};
-  if (width == 0 || height == 0 || width * height > max_pixels)
-    return Error{ErrorCode::kBadData, name,
-                 std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
-                     std::to_string(max_pixels) + " pixels fit a stereo frame",
-                 "set the camera to 1280 x 720 or less"};
+  file.resize(size);
+  // Width and height from the header, before any memory is taken for the pixels.
+  if (be32(file, 16) == 0 || be32(file, 20) == 0 || be32(file, 16) * be32(file, 20) > max_pixels)
+    return too_many_pixels(name, be32(file, 16), be32(file, 20), max_pixels);
   cv::Mat image;
-  try {
-    image = cv::imdecode(file, cv::IMREAD_ANYCOLOR);
+  try {  // An orientation in it (eXIf) is left alone: a calibration is of the pixels as stored.
+    image = cv::imdecode(file,
+                         cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::kBadData, name, "cannot be decoded: " + e.err, "record it again"};
   }
-  if (image.empty() || image.depth() != CV_8U || (image.channels() != 1 && image.channels() != 3))
-    return Error{ErrorCode::kBadData, name, "is not an 8-bit grey or colour image",
-                 "convert it to 8-bit PNG or JPEG"};
+  if (image.empty() || (image.channels() != 1 && image.channels() != 3) ||
+      (image.depth() != CV_8U && image.depth() != CV_16U))
+    return Error{ErrorCode::kBadData, name, "is damaged, or not a grey or colour image",
+                 "record it again, as 8-bit PNG or JPEG"};
+  if (image.depth() == CV_16U) {
+    auto scaled = to_8_bits(image, name, bits);
+    if (!scaled) return scaled.error();
+    image = *scaled;
+  }
   Image out;
   out.width = static_cast<std::uint32_t>(image.cols);
   out.height = static_cast<std::uint32_t>(image.rows);
@@ -85,7 +94,25 @@ Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::str
   return out;
 }
 
-Result<Image> read_image(const std::string& path, std::uint64_t max_pixels) {
+}  // namespace
+
+Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_t height,
+                      std::uint64_t max_pixels) {
+  return {ErrorCode::kBadData, name,
+          std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+              std::to_string(max_pixels) + " pixels fit a stereo frame",
+          "set the camera to 1280 x 720 or less"};
+}
+
+Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
+                           std::uint64_t max_pixels, int bits) {
+  if (is_jpeg(file)) return decode_jpeg(file, name, max_pixels);
+  if (is_png(file)) return decode_png(file, name, max_pixels, bits);
+  return Error{ErrorCode::kBadData, name, "is not a complete PNG or JPEG file (truncated?)",
+               "record it again or remove its line from data.csv"};
+}
+
+Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int bits) {
   std::error_code failed;
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
   if (failed)
@@ -97,7 +124,7 @@ Result<Image> read_image(const std::string& path, std::uint64_t max_pixels) {
   std::ifstream stream(path, std::ios::binary);
   stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
   if (!stream) return Error{ErrorCode::kBadData, path, "cannot be read", "check permissions"};
-  return decode_image(file, path, max_pixels);
+  return decode_image(file, path, max_pixels, bits);
 }
 
 Result<void> write_image(const std::string& path, const Image& image) {

@@ -15,10 +15,17 @@ struct Image {
 };
 
 /// Decodes a PNG or JPEG file of at most 64 MiB; images of more than max_pixels are refused.
-/// Error: BadData for a file that is missing, truncated, or no 8-bit image.
-Result<Image> read_image(const std::string& path, std::uint64_t max_pixels);
+/// Pixels are as stored, whatever orientation the file's metadata ask for; what follows the end of
+/// the image is ignored. `bits`: how many lower bits of a 16-bit PNG the camera fills, 8 .. 16; 0 =
+/// not known.
+/// Error: BadData for a file that is missing, truncated, damaged, or no grey or colour image;
+/// Configuration where `bits` must be said, or is too low.
+Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int bits = 0);
 Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
-                           std::uint64_t max_pixels);
+                           std::uint64_t max_pixels, int bits = 0);
+
+Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_t height,
+                      std::uint64_t max_pixels);
 
 /// Writes by extension: .png or .jpg (quality 95). Error: Resource.
 Result<void> write_image(const std::string& path, const Image& image);

@@ -4,9 +4,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
+#include <set>
 
+#include "config/yaml_strict.hpp"
 #include "recording/csv.hpp"
 #include "recording/hoist_csv.hpp"
+#include "recording/time_check.hpp"
 
 namespace crane {
 namespace {
@@ -19,13 +23,15 @@ Result<std::vector<RecordedDistance>> read_distances(const std::string& path) {
   std::vector<RecordedDistance> out;
   out.reserve(rows->size());
   for (const auto& [time, text] : *rows) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (end == text.c_str() || *end != '\0')
+    // Decimal, or as C libraries write that there is none; not 0x10, which strtod would take.
+    static const std::set<std::string> kNone = {"nan", "-nan", "NaN", "NAN", "inf", "-inf", "Inf"};
+    const std::optional<double> value =
+        kNone.contains(text) ? std::optional(std::nan("")) : decimal_number(text);
+    if (!value)
       return Error{ErrorCode::kBadData, path,
                    "'" + text + "' at time " + std::to_string(time) + " is not a distance",
                    "write metres, or nan where the device gave no reading"};
-    out.push_back({time, value});
+    out.push_back({time, *value});
   }
   return out;
 }
@@ -61,6 +67,29 @@ Result<std::vector<RecordedFrame>> read_frames(const std::string& folder) {
   return frames;
 }
 
+template <class Samples>
+Result<TimeCheck> checked(const std::string& file, const Samples& samples) {
+  TimeCheck check(file);
+  for (const auto& sample : samples)
+    if (auto step = check.add(sample.time); !step) return step.error();
+  return check;
+}
+
+/// Times of all sensors, of one clock.
+Result<void> check_times(const Recording& r) {
+  const auto frames = checked(r.folder() + "/cam0/data.csv", r.frames());
+  if (!frames) return frames.error();
+  if (auto unit = frames->check_unit(); !unit) return unit;
+  const auto cart = checked(r.folder() + "/cart0/data.csv", r.cart());
+  const auto trolley = checked(r.folder() + "/trolley0/data.csv", r.trolley());
+  const auto hoist = checked(r.folder() + "/hoist0/data.csv", r.hoist());
+  for (const auto* sensor : {&cart, &trolley, &hoist}) {
+    if (!*sensor) return sensor->error();
+    if (auto together = (*sensor)->check_with(*frames); !together) return together;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<Recording> Recording::open(const std::string& folder) {
@@ -87,6 +116,7 @@ Result<Recording> Recording::open(const std::string& folder) {
   auto hoist = read_hoist_csv(folder + "/hoist0/data.csv");
   if (!hoist) return hoist.error();
   r.hoist_ = std::move(*hoist);
+  if (auto times = check_times(r); !times) return times.error();
   return r;
 }
 
@@ -94,12 +124,15 @@ TimeNs Recording::start() const {
   return std::min({frames_.front().time, cart_.front().time, trolley_.front().time});
 }
 
+TimeNs Recording::end() const {
+  return std::max({frames_.back().time, cart_.back().time, trolley_.back().time});
+}
+
 TimeNs Recording::loop_period() const {
-  const TimeNs end = std::max({frames_.back().time, cart_.back().time, trolley_.back().time});
   const TimeNs step = frames_.size() > 1 ? (frames_.back().time - frames_.front().time) /
                                                static_cast<TimeNs>(frames_.size() - 1)
                                          : kNsPerSecond;
-  return end - start() + step;
+  return end() - start() + step;
 }
 
 }  // namespace crane

@@ -27,7 +27,8 @@ struct RecordedDistance {
 class Recording {
  public:
   /// Reads and checks everything but the pixels: calibration, equal left and right counts, pairs
-  /// within 5 ms, increasing times. Error: Configuration or BadData; files and lines are named.
+  /// within 5 ms, increasing times of one clock. Error: Configuration or BadData; files and lines
+  /// are named.
   static Result<Recording> open(const std::string& folder);
 
   [[nodiscard]] const std::string& folder() const { return folder_; }
@@ -41,6 +42,8 @@ class Recording {
   [[nodiscard]] const RangefinderModel& trolley_model() const { return trolley_model_; }
   /// Earliest time of any sensor.
   [[nodiscard]] TimeNs start() const;
+  /// Latest time of camera and rangefinders.
+  [[nodiscard]] TimeNs end() const;
   /// By how much times grow from one round of a looped play to the next.
   [[nodiscard]] TimeNs loop_period() const;
   /// Frame n of a play that starts over at the end; its time grows from round to round.

@@ -28,6 +28,10 @@ Result<RecordingWriter> RecordingWriter::create(const std::string& folder, const
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed) return disk_error(folder);
+  // What is left of another recording, say its hoist0, would be read as part of this one.
+  if (!std::filesystem::is_empty(folder, failed) && !failed)
+    return Error{ErrorCode::kConfiguration, folder, "is not empty",
+                 "give a new folder, or remove this one first; nothing was changed"};
   if (auto r = write_rig(rig, folder, rate_hz); !r) return r.error();
   for (int i = 0; i < 2; ++i) {
     w.cam_[i].open(folder + "/cam" + std::to_string(i) + "/data.csv");

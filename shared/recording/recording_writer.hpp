@@ -11,7 +11,8 @@ namespace crane {
 /// Writes a recording that Recording::open() reads. Errors come from the first failing call.
 class RecordingWriter {
  public:
-  /// Makes the folders and the calibration files. Error: Resource.
+  /// Makes the folders and the calibration files. Error: Resource; Configuration for a folder that
+  /// is not empty.
   static Result<RecordingWriter> create(const std::string& folder, const StereoRig& rig,
                                         double rate_hz, const RangefinderModel& rangefinder);
 

@@ -16,6 +16,18 @@ Result<PlayRate> parse_rate(const std::string& text) {
                "give real, max, or a factor 0.01 .. 100"};
 }
 
+StampOffset stamp_offset(Stamps stamps, PlayRate rate, bool loop, TimeNs recorded_start,
+                         TimeNs recorded_end, TimeNs start_at) {
+  if (stamps == Stamps::kRecorded) return {};
+  if (start_at <= 0) return {0, "the players were not told the same --start-at"};
+  if (rate.paced_by_map()) return {start_at - recorded_end};
+  const TimeNs aligned = start_at - recorded_start;
+  if (rate.factor <= 1) return {aligned};
+  if (loop) return {0, "played round and round and faster than real they run ahead of the clock"};
+  const auto length = double(recorded_end - recorded_start);
+  return {aligned - static_cast<TimeNs>(length - length / rate.factor)};
+}
+
 Result<MapProgress> MapProgress::create(const std::shared_ptr<dds::Participant>& participant,
                                         Wakeup* wakeup, std::uint64_t stream) {
   auto reader = dds::Reader<dds::MapStatusTopic>::create(participant, wakeup);

@@ -34,6 +34,23 @@ class PlayClock {
   TimeNs recorded_start_, wall_start_;
 };
 
+/// Whose time stamps a play gives its samples.
+enum class Stamps {
+  kNow,       ///< as if it were measured now, where the players have a start in common
+  kRecorded,  ///< the recording's own
+};
+
+/// What a play adds to every recorded time: one number for all players that were told the same
+/// start, so that frames, positions and hoist keep their distances; after a restart as well. Times
+/// never run ahead of the clock: a play that is faster than it ends now and began before.
+/// `start_at`: when the first instant is played, wall clock; 0 = the players have none in common.
+struct StampOffset {
+  TimeNs ns = 0;
+  const char* why_recorded = nullptr;  ///< why it is 0 although kNow was asked for
+};
+StampOffset stamp_offset(Stamps stamps, PlayRate rate, bool loop, TimeNs recorded_start,
+                         TimeNs recorded_end, TimeNs start_at);
+
 /// Play paced by the map: how far the mapper has got with one stream. It falls back when a mapper
 /// is restarted from its last saved state; players then send again.
 class MapProgress {

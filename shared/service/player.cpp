@@ -2,8 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <random>
 #include <thread>
+
+#include "base/log.hpp"
 
 namespace crane {
 
@@ -17,6 +20,12 @@ void add_play_options(CLI::App& app, PlayOptions& options) {
                  "Number of this stream, the same for all players of a run; 0 = a random one");
   app.add_option("--start-at", options.start_at,
                  "Wall time [ns] of the recording's first instant; 0 = now");
+  app.add_option("--stamps", options.stamps,
+                 "Times of the samples: now, which needs --start-at, the same for all players of a "
+                 "run, or recorded")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Stamps>{{"now", Stamps::kNow}, {"recorded", Stamps::kRecorded}}))
+      ->default_str("now");
   app.add_flag("--resume", options.resume, "Leave out what is already overdue at the start");
 }
 
@@ -27,6 +36,15 @@ Result<PlayRate> check_play_options(PlayOptions& options) {
     return Error{ErrorCode::kConfiguration, "--loop", "does not go with --rate max", ""};
   if (options.stream == 0) options.stream = std::random_device{}() | 1U;
   return rate;
+}
+
+TimeNs stamp_offset(const PlayOptions& options, PlayRate rate, TimeNs recorded_start,
+                    TimeNs recorded_end) {
+  const StampOffset offset = stamp_offset(options.stamps, rate, options.loop, recorded_start,
+                                          recorded_end, options.start_at);
+  if (offset.why_recorded != nullptr)
+    log_info(std::string("time stamps are the recording's own: ") + offset.why_recorded);
+  return offset.ns;
 }
 
 PlayClock play_clock(const PlayOptions& options, PlayRate rate, TimeNs recorded_start) {

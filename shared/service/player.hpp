@@ -20,12 +20,17 @@ struct PlayOptions {
   bool resume = false;  ///< leave out what is already overdue at the start
   std::uint64_t stream = 0;
   TimeNs start_at = 0;  ///< wall time of the recording's first instant; 0 = now
+  Stamps stamps = Stamps::kNow;
 };
 
 void add_play_options(CLI::App& app, PlayOptions& options);
 
 /// The rate; a stream number is drawn where none was given. Error: Configuration.
 Result<PlayRate> check_play_options(PlayOptions& options);
+
+/// What is added to recorded times; said in the log where that is not what was asked for.
+TimeNs stamp_offset(const PlayOptions& options, PlayRate rate, TimeNs recorded_start,
+                    TimeNs recorded_end);
 
 /// The clock of a timed play, shared by all players that were told the same start.
 PlayClock play_clock(const PlayOptions& options, PlayRate rate, TimeNs recorded_start);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "base/log.hpp"
+#include "service/decimal_options.hpp"
 #include "service/service_name.hpp"
 
 namespace crane {
@@ -96,6 +97,7 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
     app.allow_extras();
   else
     add_options(app);
+  take_decimal_numbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

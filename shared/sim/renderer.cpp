@@ -229,8 +229,8 @@ struct Renderer::Impl {
 
   [[nodiscard]] Eigen::Isometry3f T_map_camera(bool left, double cart, double trolley) const {
     const StereoRig& rig = scene.camera.rig;
-    const Eigen::Isometry3d T = Eigen::Translation3d(cart, trolley, 0) * rig.T_map_camera_at_zero *
-                                (left ? rig.T_body_left : rig.T_body_right);
+    Eigen::Isometry3d T = Eigen::Translation3d(cart, trolley, 0) * rig.T_map_camera_at_zero;
+    if (!left) T = T * rig.T_left_right;
     return T.cast<float>();
   }
 

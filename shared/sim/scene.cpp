@@ -47,8 +47,8 @@ void read_camera(YamlReader y, SceneCamera& c) {
   m.cy_px = (resolution[1] - 1) / 2;
   m.k1 = distortion[0], m.k2 = distortion[1], m.p1 = distortion[2], m.p2 = distortion[3];
   c.rig.left = c.rig.right = m;
-  c.rig.T_body_right.translation() = Eigen::Vector3d(baseline, 0, 0);
-  c.rig.T_body_right.linear() = rotation(right_rotation);
+  c.rig.T_left_right.translation() = Eigen::Vector3d(baseline, 0, 0);
+  c.rig.T_left_right.linear() = rotation(right_rotation);
   // Looking down: image x along the runway, image y against the bridge.
   Eigen::Matrix3d down;
   down << 1, 0, 0, 0, -1, 0, 0, 0, -1;

@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "stereo/evidence.hpp"
+
 namespace crane {
 namespace {
 
@@ -18,6 +20,7 @@ struct NearField::Impl {
   NearFieldRange range;
   cv::Size full, size;
   SemiGlobalMatcher matcher;
+  Evidence evidence;
   cv::Mat left, right;
   std::vector<std::int16_t> disparity;
   std::vector<std::uint8_t> confidence, near;
@@ -91,7 +94,18 @@ NearFieldReport NearField::apply(const GreyView& left, const GreyView& right,
   constexpr std::uint32_t kPixels = kShrink * kShrink;
   report.too_near =
       kPixels * m.matcher.match(small_left, small_right, m.disparity, m.confidence).at_near_end;
+  (void)m.evidence.keep_proven(small_left, small_right, m.disparity, m.confidence);
   m.find();
+  for (int y = 0; y < m.size.height; ++y)
+    for (int x = 0; x < m.size.width; ++x) {
+      std::uint8_t& near = m.near[std::size_t(y) * std::size_t(m.size.width) + std::size_t(x)];
+      if (near == 0) continue;
+      int proven = 0;
+      for (int v = y * kShrink; v < (y + 1) * kShrink; ++v)
+        for (int u = x * kShrink; u < (x + 1) * kShrink; ++u)
+          proven += disparity[std::size_t(v) * std::size_t(m.full.width) + std::size_t(u)] > 0;
+      if (proven >= 8) near = 0;
+    }
   for (int y = 0; y < m.size.height; ++y)
     for (int x = 0; x < m.size.width; ++x) {
       if (!m.beside(x, y)) continue;

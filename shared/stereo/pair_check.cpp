@@ -57,6 +57,12 @@ const char* cause(PairFlaw flaw) {
       return "right image frozen";
     case PairFlaw::kNoOverlap:
       return "hardly a pixel matches";
+    case PairFlaw::kTooDark:
+      return "too dark";
+    case PairFlaw::kNoContrast:
+      return "without contrast";
+    case PairFlaw::kTooNoisy:
+      return "too noisy";
   }
   return "";
 }
@@ -73,9 +79,21 @@ const char* advice(PairFlaw flaw) {
     case PairFlaw::kRightFrozen:
       return "a camera repeats its last image: restart it";
     case PairFlaw::kNoOverlap:
-      return "hardly a pixel matches: are the cameras swapped, covered, out of step, or nearer to "
+      return "hardly a pixel matches: are the cameras swapped, covered, out of step, drowned in "
+             "noise, or nearer to "
              "the "
              "scene than stereo.nearest_m?";
+    case PairFlaw::kTooDark:
+      return "the images are too dark to tell an obstacle from the floor: lengthen the exposure, "
+             "or "
+             "light the floor";
+    case PairFlaw::kNoContrast:
+      return "the images have hardly any contrast: is there fog or dust, is the lens clean and in "
+             "focus?";
+    case PairFlaw::kTooNoisy:
+      return "left and right differ by noise as much as by what they show: lower the gain, light "
+             "the "
+             "floor, and check that both cameras expose together";
   }
   return "";
 }

@@ -16,7 +16,10 @@ enum class PairFlaw : std::uint8_t {
   kRightSaturated,
   kLeftFrozen,  ///< byte for byte the one before, although another frame
   kRightFrozen,
-  kNoOverlap,  ///< hardly a pixel matches: swapped, covered, or not exposed together
+  kNoOverlap,   ///< hardly a pixel matches: swapped, covered, or not exposed together
+  kTooDark,     ///< what matches could as well match elsewhere, as below (pair_contrast.hpp)
+  kNoContrast,  ///< fog, dust, a lens out of focus, a floor without any mark
+  kTooNoisy,
 };
 
 /// In a few words for counters, and in a sentence with what to do.

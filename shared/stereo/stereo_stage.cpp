@@ -8,7 +8,10 @@
 
 #include "base/clock.hpp"
 #include "stereo/disparity_support.hpp"
+#include "stereo/evidence.hpp"
 #include "stereo/near_field.hpp"
+#include "stereo/pair_contrast.hpp"
+#include "stereo/repetition.hpp"
 #include "stereo/semi_global.hpp"
 
 namespace crane {
@@ -22,6 +25,7 @@ constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
+constexpr double kRowsApart = 0.7;        ///< [px]; as cranemap-stereo warns from
 constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Mat intrinsics(const CameraModel& c) {
@@ -64,7 +68,9 @@ struct StereoStage::Impl {
   cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
   std::unique_ptr<SemiGlobalMatcher> sgm;
-  std::optional<NearField> near_field;  ///< beside sgm
+  std::optional<NearField> near_field;   ///< beside sgm
+  std::optional<Repetition> repetition;  ///< likewise
+  Evidence evidence;                     ///< of what sgm found
   PairCheck check;
   bool coloured = false;
   std::int64_t number = -1;
@@ -165,6 +171,8 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     impl->sgm = std::make_unique<SemiGlobalMatcher>(impl->size.width, impl->size.height, sgm);
     impl->count = SemiGlobalMatcher::disparities(impl->count);
     const double nearest = kNearField * rig.camera_height_m();
+    impl->repetition.emplace(impl->size.width, impl->size.height, impl->count,
+                             impl->first + impl->count - 1);
     impl->near_field = NearField::create(
         impl->size.width, impl->size.height,
         {impl->first, impl->first + impl->count - 1, static_cast<int>(fb / nearest)});
@@ -225,12 +233,16 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
       const std::span<std::int16_t> found(m.disparity.ptr<std::int16_t>(), pixels);
       report.too_near =
           m.sgm->match(view(m.left), view(m.right), found, out.confidence).at_near_end;
+      const EvidenceReport proven =
+          m.evidence.keep_proven(view(m.left), view(m.right), found, out.confidence);
+      report.unproven = proven.unexplained + proven.borrowed;
       if (m.near_field) {
         const NearFieldReport near =
             m.near_field->apply(view(m.left), view(m.right), found, out.confidence);
         report.near = near.matched;
         report.too_near = near.too_near;
       }
+      report.ambiguous = m.repetition->drop_ambiguous(view(m.left), found, out.confidence);
     } else {
       m.opencv->compute(m.left, m.right, m.disparity);
       m.disparity *= kOpenCvFactor;
@@ -245,11 +257,20 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
       std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});
     else if (!m.sgm)
       disparity_support(disparity, m.camera.width, m.camera.height, first_valid, out.confidence);
-    // eq. 4: z = f b / d
+    // eq. 4: z = f b / d; below 0 where it proves nothing free
     const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kDisparityScale);
-    for (std::size_t i = 0; i < pixels; ++i) {
+    if (m.sgm) {
+      std::uint32_t matched = 0;
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const int d = disparity[i];
+        out.depth_m[i] = d != 0 ? fb / static_cast<float>(d) : 0.0F;
+        matched += d > 0 ? 1 : 0;
+      }
+      report.matched = matched;
+    }
+    for (std::size_t i = 0; i < pixels && !m.sgm; ++i) {
       const bool matched = disparity[i] >= first_valid;
-      const bool supported = m.settings.paper || m.sgm || out.confidence[i] >= kMinSupport;
+      const bool supported = m.settings.paper || out.confidence[i] >= kMinSupport;
       report.unsupported += matched && !supported ? 1 : 0;
       report.matched += matched && supported ? 1 : 0;
       out.depth_m[i] = matched && supported ? fb / static_cast<float>(disparity[i]) : 0.0F;
@@ -257,8 +278,13 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     }
     if (!m.settings.paper && !report.flaw) {
       report.row_error_px = row_error_px(view(m.left), view(m.right), disparity);
-      if (report.matched < kMinMatched * double(pixels)) {
+      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowsApart;
+      if (rows_fit)  // else that is the reason, and is said
+        report.flaw =
+            flaw_of(look_at_contrast(view(m.left), view(m.right), disparity, first_valid));
+      if (!report.flaw && report.matched < kMinMatched * double(pixels))
         report.flaw = PairFlaw::kNoOverlap;
+      if (report.flaw) {
         report.matched = 0;
         std::fill(out.depth_m.begin(), out.depth_m.end(), 0.0F);
         std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});

@@ -51,10 +51,13 @@ struct CloudImages {
 };
 
 struct StereoReport {
-  std::uint32_t matched = 0;           ///< pixels with depth
-  std::uint32_t unsupported = 0;       ///< matches dropped because their neighbours disagree
-  std::uint32_t near = 0;              ///< matches nearer than the search, from small images
-  std::uint32_t too_near = 0;          ///< best matches at the near end of all search: dropped
+  std::uint32_t matched = 0;      ///< pixels with depth
+  std::uint32_t unsupported = 0;  ///< matches dropped because their neighbours disagree
+  std::uint32_t near = 0;         ///< matches nearer than the search, from small images
+  std::uint32_t too_near = 0;     ///< best matches at the near end of all search: dropped
+  std::uint32_t unproven =
+      0;  ///< matches that the images do not bear out pixel by pixel: no evidence
+  std::uint32_t ambiguous = 0;         ///< matches on patterns that repeat along the rows: dropped
   std::optional<PairFlaw> flaw;        ///< the pair tells nothing: no pixel has depth
   std::optional<double> row_error_px;  ///< epipolar error, where it could be measured
   double match_ms = 0, depth_ms = 0;

@@ -20,6 +20,10 @@ using Floats = hn::Vec<F32>;
 constexpr int kReachX = 3, kReachY = 2;  ///< window 7 x 5
 constexpr float kUnit = 32;              ///< disparity units of a pixel
 constexpr float kSameSurface = 1.0F;     ///< [px]
+/// Rows whose brightness along the row differs more than this, and than the row's own texture lets
+/// expect, are not of the same surface [grey levels; share of the variance along the row].
+constexpr float kSameBrightness = 24, kOwnTexture = 4;
+constexpr int kAlong = 6;
 /// Brightness noise over the error of the disparity before: grey levels^2 / px^2. Weak texture
 /// moves the disparity little.
 constexpr float kPrior = 100;
@@ -31,10 +35,33 @@ struct Row {
   float* disparity;
   float* gradient;
   float* target;
+  float* brightness;
+  float* limit;
 };
+
+/// Mean brightness along the row, over 2 * kAlong + 1 pixels, and by how much that of another row
+/// may differ, squared.
+void brightness_along(const std::uint8_t* left, int width, float* mean, float* limit) {
+  constexpr float kInverse = 1.0F / (2 * kAlong + 1);
+  const int first = left[0];
+  int sum = (kAlong + 1) * first;
+  int squares = sum * first;
+  for (int x = 1; x <= kAlong; ++x) sum += left[x], squares += left[x] * left[x];
+  for (int x = 0; x < width; ++x) {
+    const float m = float(sum) * kInverse;
+    mean[x] = m;
+    limit[x] =
+        kSameBrightness * kSameBrightness + kOwnTexture * (float(squares) * kInverse - m * m);
+    const int in = left[x + kAlong + 1 < width ? x + kAlong + 1 : width - 1];
+    const int out = left[x > kAlong ? x - kAlong : 0];
+    sum += in - out;
+    squares += (in - out) * (in + out);
+  }
+}
 
 void prepare(const SubpixelInput& in, int y, const Row& row) {
   const std::uint8_t* left = in.left + y * in.left_stride;
+  brightness_along(left, in.width, row.brightness, row.limit);
   const std::uint8_t* right = in.right + y * in.right_stride;
   const std::int16_t* d = in.disparity + std::ptrdiff_t(y) * in.width;
   for (int x = 0; x < in.width; ++x) {
@@ -61,13 +88,14 @@ void Refine(const SubpixelInput& in, int from, int to, const Subpixel& out) {
   constexpr int kRows = 2 * kReachY + 1;
   constexpr int kEdge = 16;  // floats before and after a row: no surface there
   const std::ptrdiff_t row_size = in.width + 2 * kEdge;
-  float* memory = static_cast<float*>(std::malloc(sizeof(float) * 3 * kRows * row_size));
+  float* memory = static_cast<float*>(std::malloc(sizeof(float) * 5 * kRows * row_size));
   if (memory == nullptr) std::abort();
   Row ring[kRows];
   for (int i = 0; i < kRows; ++i) {
-    float* at = memory + 3 * i * row_size;
-    for (std::ptrdiff_t x = 0; x < 3 * row_size; ++x) at[x] = x < row_size ? kNoDisparity : 0;
-    ring[i] = {at + kEdge, at + row_size + kEdge, at + 2 * row_size + kEdge};
+    float* at = memory + 5 * i * row_size;
+    for (std::ptrdiff_t x = 0; x < 5 * row_size; ++x) at[x] = x < row_size ? kNoDisparity : 0;
+    ring[i] = {at + kEdge, at + row_size + kEdge, at + 2 * row_size + kEdge,
+               at + 3 * row_size + kEdge, at + 4 * row_size + kEdge};
   }
   const auto slot = [](int y) { return (y + kRows) % kRows; };
   for (int y = from - kReachY; y < from + kReachY; ++y)
@@ -76,15 +104,21 @@ void Refine(const SubpixelInput& in, int from, int to, const Subpixel& out) {
     if (y + kReachY < in.rows) prepare(in, y + kReachY, ring[slot(y + kReachY)]);
     const int first = y < kReachY ? -y : -kReachY;
     const int last = y + kReachY < in.rows ? kReachY : in.rows - 1 - y;
-    const float* centre = ring[slot(y)].disparity;
+    const Row& own = ring[slot(y)];
+    const float* centre = own.disparity;
     for (int x = 0; x < in.width; x += lanes) {
       const Floats here = hn::LoadU(d, centre + x);
+      const Floats bright = hn::LoadU(d, own.brightness + x);
+      const Floats limit = hn::LoadU(d, own.limit + x);
       Floats n = hn::Zero(d), g = n, t = n, gg = n, gt = n;
       for (int dy = first; dy <= last; ++dy) {
         const Row& row = ring[slot(y + dy)];
+        const Floats apart = hn::Sub(hn::LoadU(d, row.brightness + x), bright);
+        const auto alike = hn::Le(hn::Mul(apart, apart), limit);
         for (int dx = -kReachX; dx <= kReachX; ++dx) {
           const Floats there = hn::LoadU(d, row.disparity + x + dx);
-          const auto same = hn::Le(hn::Abs(hn::Sub(there, here)), hn::Set(d, kSameSurface));
+          const auto same =
+              hn::And(alike, hn::Le(hn::Abs(hn::Sub(there, here)), hn::Set(d, kSameSurface)));
           const Floats gradient = hn::IfThenElseZero(same, hn::LoadU(d, row.gradient + x + dx));
           const Floats target = hn::IfThenElseZero(same, hn::LoadU(d, row.target + x + dx));
           n = hn::Add(n, hn::IfThenElseZero(same, hn::Set(d, 1.0F)));
@@ -108,13 +142,19 @@ void Refine(const SubpixelInput& in, int from, int to, const Subpixel& out) {
       if (x + lanes <= in.width) {
         hn::StoreU(refined, d, out.disparity + at);
         hn::StoreU(weight, d, out.weight + at);
+        hn::StoreU(bright, d, out.brightness + at);
+        hn::StoreU(limit, d, out.limit + at);
       } else {
-        alignas(64) float rest[2][16];
+        alignas(64) float rest[4][16];
         hn::Store(refined, d, rest[0]);
         hn::Store(weight, d, rest[1]);
+        hn::Store(bright, d, rest[2]);
+        hn::Store(limit, d, rest[3]);
         for (int i = 0; x + i < in.width; ++i) {
           out.disparity[at + i] = rest[0][i];
           out.weight[at + i] = rest[1][i];
+          out.brightness[at + i] = rest[2][i];
+          out.limit[at + i] = rest[3][i];
         }
       }
     }
@@ -143,15 +183,19 @@ void Settle(const Subpixel& in, int width, int rows, int from, int to, std::int1
       if (x + lanes > width - kMargin) x = width - kMargin - lanes;  // the last ones once more
       const std::ptrdiff_t at = std::ptrdiff_t(y) * width + x;
       const Floats here = hn::LoadU(d, in.disparity + at);
+      const Floats bright = hn::LoadU(d, in.brightness + at);
+      const Floats limit = hn::LoadU(d, in.limit + at);
       Floats n = hn::Zero(d), sum = n, squares = n, weights = n;
       for (int dy = -kTaps; dy <= kTaps; ++dy) {
         const int row = y + kStride * dy;
         if (row < 0 || row >= rows) continue;
         const std::ptrdiff_t tap = std::ptrdiff_t(row) * width + x;
+        const Floats apart = hn::Sub(hn::LoadU(d, in.brightness + tap), bright);
+        const auto alike = hn::Le(hn::Mul(apart, apart), limit);
         for (int dx = -kMargin; dx <= kMargin; dx += kStride) {
           const Floats there = hn::LoadU(d, in.disparity + tap + dx);
           const Floats step = hn::Sub(there, here);
-          const auto same = hn::Le(hn::Abs(step), hn::Set(d, kSameSurface));
+          const auto same = hn::And(alike, hn::Le(hn::Abs(step), hn::Set(d, kSameSurface)));
           const Floats weight = hn::IfThenElseZero(
               same, hn::Add(hn::LoadU(d, in.weight + tap + dx), hn::Set(d, 1.0F)));
           n = hn::Add(n, hn::IfThenElseZero(same, hn::Set(d, 1.0F)));

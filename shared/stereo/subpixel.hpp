@@ -16,8 +16,10 @@ struct SubpixelInput {
 
 /// Refined disparities, rows x width each.
 struct Subpixel {
-  float* disparity = nullptr;  ///< [px]; kNoDisparity = none
-  float* weight = nullptr;     ///< brightness gradient squared, summed over the window
+  float* disparity = nullptr;   ///< [px]; kNoDisparity = none
+  float* weight = nullptr;      ///< brightness gradient squared, summed over the window
+  float* brightness = nullptr;  ///< of the left image, mean along the row [grey levels]
+  float* limit = nullptr;       ///< by how much another row may differ on one surface, squared
 };
 inline constexpr float kNoDisparity = -1e4F;
 

@@ -64,7 +64,7 @@ TEST(Accuracy, HoldsForLensDistortionAndARotatedRightCamera) {
     c->p1 = 0.0008;
     c->p2 = -0.0005;
   }
-  scene.camera.rig.T_body_right.rotate(Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.6, 0.64, 0.48)));
+  scene.camera.rig.T_left_right.rotate(Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.6, 0.64, 0.48)));
   expect_exact_and_safe(trial(scene, cranemap_method(kVoxel)));
 }
 

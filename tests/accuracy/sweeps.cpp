@@ -128,7 +128,7 @@ std::vector<Sweep> all_sweeps() {
                  {0.06, 0.12, 0.24, 0.40},
                  2,
                  [](Scene& s, double m) {
-                   auto& t = s.camera.rig.T_body_right;
+                   auto& t = s.camera.rig.T_left_right;
                    t.translation() *= m / t.translation().norm();
                  },
                  both()});

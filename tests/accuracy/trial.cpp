@@ -216,9 +216,9 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
   for (std::size_t n = 0; n < recording.frames().size(); ++n) {
     const RecordedFrame& frame = recording.frames()[n];
     const CameraModel& c = recording.rig().left;
-    auto left = read_image(frame.left_file, std::uint64_t(c.width) * c.height);
+    auto left = read_image(frame.left_file, std::uint64_t(c.width) * c.height, c.bits);
     if (!left) return left.error();
-    auto right = read_image(frame.right_file, std::uint64_t(c.width) * c.height);
+    auto right = read_image(frame.right_file, std::uint64_t(c.width) * c.height, c.bits);
     if (!right) return right.error();
     CloudSample cloud =
         cloud_of(stage->camera(), calibration, StereoConfig{}.sigma_disparity_px, n, frame.time);

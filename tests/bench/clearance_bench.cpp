@@ -86,6 +86,20 @@ void ClearanceInAHall(benchmark::State& state) {
   state.counters["columns"] = double(columns) / double(state.iterations());
   state.counters["blocked"] = double(blocked) / double(state.iterations());
 }
+/// The costliest that is answered: a load as large as the hall that climbs.
+void ClearanceAtItsBound(benchmark::State& state) {
+  static const Hall hall;
+  const ColumnView view = hall.view();
+  ClearanceQuery q;
+  q.path = {{30, 10, 5, 0}, {30, 10, 5, 0}};
+  q.load = {50, 15, 0.5, 0.2};
+  q.margins = {0.1, 0.1, 0, 0};
+  for (q.path[1].z_m = 7; !query_flaw(q, kVoxel).empty();) q.path[1].z_m -= 0.1;
+  std::uint64_t columns = 0;
+  for (auto _ : state) columns += check_clearance(q, view, 2 * kNsPerSecond).columns;
+  state.counters["columns"] = double(columns) / double(state.iterations());
+}
+BENCHMARK(ClearanceAtItsBound)->Unit(benchmark::kMillisecond);
 BENCHMARK(ClearanceInAHall)->Arg(0)->Arg(1)->ArgName("turning")->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// data.csv, that of hoist0, and image headers. (Pixels are OpenCV's, libpng's and libjpeg's.)
+// data.csv, that of hoist0, images and what is around them. (Pixels are libpng's and libjpeg's.)
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -11,6 +11,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)crane::parse_time_csv(text, "fuzz");
   (void)crane::parse_hoist_csv(text, "fuzz");
-  (void)crane::decode_image({data, data + size}, "fuzz", 4096);
+  for (const int bits : {0, 12}) {
+    const auto image = crane::decode_image({data, data + size}, "fuzz", 4096, bits);
+    if (image && image->bytes.size() != std::size_t{image->width} * image->height * image->channels)
+      __builtin_trap();
+  }
   return 0;
 }

@@ -130,9 +130,52 @@ TEST_F(ClearanceServerTest, AnswersClearBlockedAndWhereItIsSafe) {
   EXPECT_NEAR(blocked.first_x_m(), 1.025, 1e-9);
   EXPECT_EQ(blocked.has_safe_height(), 1U);
   EXPECT_NEAR(blocked.safe_height_m(), 0.7, 1e-9);
-  const auto above = ask_until(blocked.safe_height_m() + 1e-6,
+  EXPECT_NEAR(blocked.safe_low_m(), 0.7, 1e-9);
+  EXPECT_NEAR(blocked.safe_high_m(), 1.2, 1e-9);
+  const auto too_high = ask_until(
+      3, [](const auto& r) { return r.verdict() == v1::VERDICT_BLOCKED && r.first_z_m() > 2; });
+  EXPECT_EQ(too_high.has_safe_height(), 0U) << "no advice to come down";
+  const auto above = ask_until(blocked.safe_height_m(),
                                [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
   EXPECT_EQ(above.verdict(), v1::VERDICT_CLEAR) << above.text().c_str();
+}
+
+TEST_F(ClearanceServerTest, OfAFloodOfRequestsAFewAreAnsweredAStepAndAllInTheEnd) {
+  make_map(0);
+  (void)ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  serving_ = {};  // from here on this thread steps
+  constexpr std::uint64_t kFlood = 40;
+  const std::uint64_t before = server_->counts().received;
+  for (std::uint64_t i = 0; i < kFlood; ++i) ASSERT_TRUE(requests_.write(request(5000 + i, 0.5)));
+  std::uint64_t answered = server_->answered(), most = 0;
+  EXPECT_TRUE(test::eventually([&] {
+    EXPECT_TRUE(server_->step(20ms));
+    most = std::max(most, server_->answered() - answered);
+    answered = server_->answered();
+    return server_->counts().received >= before + kFlood;
+  }));
+  EXPECT_GE(most, 1U);
+  EXPECT_LE(most, 4U);
+}
+
+TEST_F(ClearanceServerTest, ARequestThatWouldCostTooMuchIsRefusedWithTheReason) {
+  make_map(0);
+  (void)ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  auto costly = request(7000, 0.5);
+  costly.path()[1] = costly.path()[0];
+  costly.path()[1].z_m(1000);
+  costly.load_size_x_m(100);
+  costly.load_size_y_m(100);
+  EXPECT_TRUE(requests_.write(costly));
+  v1::ClearanceReply reply;
+  EXPECT_TRUE(test::eventually([&] {
+    wakeup_.wait_for(10ms);
+    while (const auto taken = replies_.take()) reply = **taken;
+    return reply.sequence_number() == 7000;
+  }));
+  EXPECT_EQ(reply.verdict(), v1::VERDICT_INVALID);
+  EXPECT_EQ(reply.reason(), v1::CLEARANCE_BAD_QUERY);
+  EXPECT_NE(std::string(reply.text().c_str()).find("four million"), std::string::npos);
 }
 
 TEST_F(ClearanceServerTest, WithoutAHeartbeatThereIsNoVerdict) {

@@ -244,6 +244,75 @@ TEST_F(ClientTest, TilesOfAMapThatNoHeartbeatNamesChangeNothing) {
   EXPECT_NEAR(map->height(0.1, 0.1).height_m, 0.5, 0.03);
 }
 
+/// Of a callback that ends or replaces itself: whether what it holds is still there.
+std::weak_ptr<int> g_held;
+
+TEST_F(ClientTest, ACallbackMayEndOrReplaceItselfAndIsWholeUntilItReturns) {
+  const auto map = join();
+  std::atomic<int> first{0}, second{0};
+  std::atomic<bool> whole{true};
+  {
+    const auto held = std::make_shared<int>(7);
+    g_held = held;
+    map->on_update([&first, &second, &whole, &map, held](const client::Update&) {
+      ++first;
+      map->on_update([&second](const client::Update&) { ++second; });
+      whole = whole && !g_held.expired();
+    });
+  }
+  put({0, 0}, 0.5);
+  publish();
+  ASSERT_TRUE(test::eventually([&] { return first > 0; }));
+  const auto more = [&] {
+    put({1 + second % 5, 1}, 0.3);
+    publish();
+  };
+  ASSERT_TRUE(test::eventually([&] {
+    more();
+    return second > 0;
+  }));
+  EXPECT_EQ(first, 1);
+  EXPECT_TRUE(whole);
+  EXPECT_TRUE(test::eventually([] { return g_held.expired(); }));
+  map->on_update([&](const client::Update&) {
+    map->on_update(nullptr);
+    ++first;
+  });
+  ASSERT_TRUE(test::eventually([&] {
+    more();
+    return first > 1;
+  }));
+  map->on_update(nullptr);
+  EXPECT_EQ(first, 2);
+}
+
+TEST_F(ClientTest, WhatCameBeforeTheFirstHeartbeatIsToldWithIt) {
+  const auto map = join();
+  std::mutex mutex;
+  std::vector<client::Update> updates;
+  map->on_update([&](const client::Update& u) {
+    const std::lock_guard lock(mutex);
+    updates.push_back(u);
+  });
+  put({2, 1}, 0.25);
+  const auto probe = *dds::Writer<dds::HeightTileTopic>::create(participant_);
+  ASSERT_TRUE(test::eventually([&] { return probe.matched() == 1; }));
+  ASSERT_TRUE(publisher_.publish_tiles(builder_, true));
+  publisher_.flush(5s);  // they are there, but nobody has said of what map
+  heartbeat_->say(publisher_.status(builder_, {}));
+  ASSERT_TRUE(map->wait_until_complete(10s));
+  ASSERT_TRUE(test::eventually([&] {
+    const std::lock_guard lock(mutex);
+    return !updates.empty();
+  }));
+  map->on_update(nullptr);
+  for (const client::Update& u : updates) {
+    EXPECT_EQ(u.map_id, 42U);
+    for (const client::Area& a : u.areas) EXPECT_NEAR(a.x1_m - a.x0_m, 1.6, 1e-9);
+  }
+  EXPECT_NEAR(updates.front().areas.front().x0_m, 2 * 1.6, 1e-9);
+}
+
 TEST_F(ClientTest, IsToldOfChangesAndSavesWhatItHolds) {
   const auto map = join();
   std::mutex mutex;

@@ -196,7 +196,12 @@ TEST(HostileSamples, WhatControllersAndPlantsWrite) {
   zone.active(1);
   zone.z_max_m(2);
   zone.name("welding cell");
-  zone.corners().resize(4);
+  for (const auto& [x, y] : {std::pair{0, 0}, {4, 0}, {4, 3}, {0, 3}}) {
+    v1::ZoneCorner corner;
+    corner.x_m(x);
+    corner.y_m(y);
+    zone.corners().push_back(corner);
+  }
   v1::ZoneCommand command;
   command.crane(1);
   command.action(v1::ZONE_SET);
@@ -204,7 +209,10 @@ TEST(HostileSamples, WhatControllersAndPlantsWrite) {
   attack<ZoneCommandTopic, v1::ZoneCommandPubSubType>(command, 1000);
   v1::ZoneSet set;
   set.crane(1);
-  set.zones().assign(3, zone);
+  for (std::uint32_t id = 1; id <= 3; ++id) {
+    zone.id(id);
+    set.zones().push_back(zone);
+  }
   attack<ZoneSetTopic, v1::ZoneSetPubSubType>(set, 1000);
   v1::TileRequest request;
   request.crane(1);

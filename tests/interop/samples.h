@@ -47,7 +47,7 @@
   F(mapper_start_ns, 1690000000000000000LL) F(map_id, 0xABCDEF0123456789ULL) F(revision, 15)       \
   F(zones_revision, 16) F(voxel_digest, 0x8877665544332211ULL) F(height_digest, 0x1020304050607080ULL) \
   F(voxel_tiles, 1234) F(height_tiles, 1111) F(voxel_m, 0.05) F(validity, 1) F(paper_method, 1)    \
-  F(hoist, 2) F(term, 123456789) F(forget_s, 3600) F(stream, 5000000002ULL) F(last_frame, 17)          \
+  F(hoist, 2) F(term, 123456789) F(ceiling_m, 8.75) F(forget_s, 3600) F(stream, 5000000002ULL) F(last_frame, 17)          \
   F(last_frame_time_ns, 1700000000823000000LL) F(frames_integrated, 18) F(frames_rejected, 19)     \
   F(frames_missing, 20) S(reason, "no cloud for more than 2000 ms")
 
@@ -72,7 +72,7 @@
 #define CLEARANCE_POSE(F, S, B, A, O, Q)                                                           \
   F(x_m, 0.5 * (double)k) F(y_m, 30.25 - (double)k) F(z_m, 2.125) F(yaw_rad, 0.1 * (double)k)
 #define CLEARANCE_REQUEST(F, S, B, A, O, Q)                                                        \
-  F(crane, 1) F(reserved, 0) F(client, 0xDDDDEEEEFFFF0000ULL) F(sequence_number, 25)               \
+  F(crane, 1) F(min_views, 3) F(client, 0xDDDDEEEEFFFF0000ULL) F(sequence_number, 25)               \
   F(time_ns, 1700000001223456789LL) F(load_size_x_m, 3.5) F(load_size_y_m, 2.5)                    \
   F(load_size_z_m, 1.5) F(load_above_m, 0.5) F(margin_horizontal_m, 0.25)                          \
   F(margin_vertical_m, 0.3) F(sway_m, 0.15) F(braking_m, 0.8) F(max_age_s, 600)                    \
@@ -81,7 +81,8 @@
 #define CLEARANCE_REPLY(F, S, B, A, O, Q)                                                          \
   F(crane, 1) F(verdict, 2) F(client, 0xDDDDEEEEFFFF0000ULL) F(sequence_number, 25)                \
   F(time_ns, 1700000001323456789LL) F(map_id, 0xABCDEF0123456789ULL) F(revision, 26) F(reason, 6)  \
-  F(has_safe_height, 1) F(slow_down, 1) F(zone, 27) F(safe_height_m, 3.375) F(first_x_m, 1.25)     \
+  F(has_safe_height, 1) F(slow_down, 1) F(zone, 27) F(safe_height_m, 3.375) F(safe_low_m, 3.25)    \
+  F(safe_high_m, 5.5) F(first_x_m, 1.25)                                                           \
   F(first_y_m, -2.25) F(first_z_m, 0.875) F(oldest_age_s, -1) F(unknown_fraction, 0.0625)          \
   S(text, "no-go zone 27 'welding cell' at x 1.25, y -2.25, z 0.88 m")
 

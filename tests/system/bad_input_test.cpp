@@ -72,6 +72,7 @@ TEST_F(BadInput, ImagesOfAnotherSizeThanTheCalibration) {
     std::ifstream file(rig + camera);
     std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     content.replace(content.find("[1280, 720]"), 11, "[1024, 600]");
+    content.replace(content.find("639.5, 359.5"), 12, "511.5, 299.5");
     std::ofstream(rig + camera) << content;
   }
   const Finished run = run_rig(rig);

@@ -7,6 +7,7 @@
 #include "client/clearance_check.hpp"
 #include "client/held_map.hpp"
 #include "client/swept_area.hpp"
+#include "client/voxel_map.hpp"
 #include "client/zone_check.hpp"
 
 namespace crane::client {
@@ -245,11 +246,12 @@ TEST(Clearance, NamesTheFirstObstacleAndTheHeightThatIsSafe) {
   EXPECT_EQ(low.reason, Reason::kObstacle);
   EXPECT_NEAR(low.first_x_m, 2.05, 1e-9);
   EXPECT_NEAR(low.safe_height_m, 1.3, 1e-9);  // top of the box 1.2 m, margin 0.1 m
+  EXPECT_EQ(low.safe_low_m, low.safe_height_m);
+  EXPECT_NEAR(low.safe_high_m, 4 - 0.5 - 0.1, 1e-9);  // nothing is known above 4 m
   EXPECT_NEAR(low.oldest_age_s, 10, 1e-9);
   EXPECT_EQ(low.unknown_fraction, 0);
   EXPECT_EQ(
-      check_clearance(over_the_hall(low.safe_height_m + 1e-6), map.view(), 1010 * kNsPerSecond)
-          .verdict,
+      check_clearance(over_the_hall(low.safe_height_m), map.view(), 1010 * kNsPerSecond).verdict,
       Verdict::kClear);
   // The heights say that the box ends at 1.13 m.
   TestMap finer = hall_with_a_box();
@@ -259,19 +261,103 @@ TEST(Clearance, NamesTheFirstObstacleAndTheHeightThatIsSafe) {
       if (x >= 20 && x < 25 && y >= -3 && y < 3)
         tile.columns[std::size_t(i)] = {1.13, 0.01, ColumnState::kObstacle, 1000 * kNsPerSecond};
     }
-  EXPECT_EQ(check_clearance(over_the_hall(1.25), finer.view(), 1010 * kNsPerSecond).verdict,
-            Verdict::kClear);
-  EXPECT_EQ(check_clearance(over_the_hall(1.25), map.view(), 1010 * kNsPerSecond).verdict,
+  // Half a voxel over it, so that what the surface has of height within its voxel is below.
+  const auto at = [&](double z_m) {
+    return check_clearance(over_the_hall(z_m), finer.view(), 1010 * kNsPerSecond);
+  };
+  EXPECT_EQ(at(1.285).verdict, Verdict::kClear);
+  EXPECT_EQ(at(1.285).safe_height_m, 1.285) << "what is clear is its own next clear height";
+  EXPECT_EQ(at(1.275).verdict, Verdict::kBlocked);
+  EXPECT_EQ(check_clearance(over_the_hall(1.285), map.view(), 1010 * kNsPerSecond).verdict,
             Verdict::kBlocked);
+  for (auto& [key, tile] : finer.heights)
+    for (ColumnHeight& c : tile.columns) c.lower_bound = true;
+  EXPECT_EQ(at(1.285).verdict, Verdict::kBlocked) << "it may be higher: that height says nothing";
 }
 
-TEST(Clearance, TheSafeHeightMayLieBelowWhatWasNeverSeen) {
+TEST(Clearance, TheNextClearHeightIsNeverBelowTheOneAskedFor) {
   TestMap map = hall_with_a_box();
   for (int x = -5; x < 5; ++x) map.set(x, 0, 30, Occupancy::kUnknown);  // at 3 m, free above
   map.finish(1000 * kNsPerSecond);
-  const Clearance low = check_clearance(over_the_hall(0.6), map.view(), 1010 * kNsPerSecond);
-  EXPECT_NEAR(low.safe_height_m, 1.3, 1e-9);
+  const auto at = [&](double z_m) {
+    return check_clearance(over_the_hall(z_m), map.view(), 1010 * kNsPerSecond);
+  };
+  EXPECT_NEAR(at(0.6).safe_height_m, 1.3, 1e-9);
+  EXPECT_NEAR(at(0.6).safe_high_m, 3 - 0.5 - 0.1, 1e-9);
+  EXPECT_EQ(at(2).verdict, Verdict::kClear);
+  EXPECT_EQ(at(2).safe_height_m, 2);
+  EXPECT_NEAR(at(2).safe_low_m, 1.3, 1e-9);
+  EXPECT_EQ(at(2.6).verdict, Verdict::kBlocked);
+  EXPECT_NEAR(at(2.6).safe_height_m, 3.2, 1e-9) << "above what was not seen, not below";
+  EXPECT_NEAR(at(2.6).safe_high_m, 3.4, 1e-9);
+  for (const double z_m : {3.5, 9.0, 30.0}) {
+    EXPECT_EQ(at(z_m).verdict, Verdict::kBlocked);
+    EXPECT_TRUE(std::isnan(at(z_m).safe_height_m)) << "a crane that high is not told to come down";
+  }
 }
+
+TEST(Clearance, WhatHangsAboveTheLoadBlocksUpToTheRopesTopUnlessLessIsAskedFor) {
+  TestMap map = hall_with_a_box();
+  for (int y = -20; y < 20; ++y) map.set(30, y, 36, Occupancy::kOccupied);  // a beam at 3.6 m
+  map.finish(1000 * kNsPerSecond);
+  ColumnView view = map.view();
+  ClearanceQuery q = over_the_hall(2);
+  EXPECT_EQ(check_clearance(q, view, q.now_ns).verdict, Verdict::kClear) << "above_m is 0";
+  q.load.above_m = kToRopeTop;
+  EXPECT_EQ(check_clearance(q, view, q.now_ns).reason, Reason::kBadQuery) << "where is that?";
+  view.ceiling_m = 3.5;
+  EXPECT_EQ(check_clearance(q, view, q.now_ns).verdict, Verdict::kClear);
+  view.ceiling_m = 4;
+  const Clearance beam = check_clearance(q, view, q.now_ns);
+  EXPECT_EQ(beam.reason, Reason::kObstacle);
+  EXPECT_NEAR(beam.first_z_m, 3.65, 1e-9);
+  EXPECT_NE(beam.text.find("above the load"), std::string::npos) << beam.text;
+  EXPECT_TRUE(std::isnan(beam.safe_height_m)) << "at no height does the rope pass the beam";
+  for (int y = -20; y < 20; ++y) map.set(30, y, 36, Occupancy::kUnknown);
+  map.finish(1000 * kNsPerSecond);
+  EXPECT_EQ(check_clearance(q, view, q.now_ns).reason, Reason::kUnknown)
+      << "free needs proof there";
+  EXPECT_EQ(Load{}.above_m, kToRopeTop) << "nobody leaves out by forgetting";
+}
+
+TEST(Clearance, AViewOfTooFewFramesBlocksWhereTheyAreDemanded) {
+  TestMap map = hall_with_a_box();
+  const auto seen = [&](std::uint8_t most, std::uint8_t at_five) {
+    for (auto& [key, tile] : map.heights) {
+      for (std::size_t i = 0; i < tile.columns.size(); ++i) {
+        ColumnHeight& c = tile.columns[i];
+        c.state = ColumnState::kFloor;
+        c.views = key == TileKey{0, 0} && i == 5 ? at_five : most;
+      }
+      tile.sum_up();
+    }
+  };
+  ClearanceQuery q = over_the_hall(2);
+  seen(4, 1);
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).verdict, Verdict::kClear);
+  q.min_views = 2;
+  const Clearance few = check_clearance(q, map.view(), q.now_ns);
+  EXPECT_EQ(few.reason, Reason::kFewViews);
+  EXPECT_NEAR(few.first_x_m, 0.55, 1e-9);
+  EXPECT_TRUE(std::isnan(few.safe_height_m));
+  seen(4, 2);
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).verdict, Verdict::kClear);
+  q.min_views = 5;
+  EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).verdict, Verdict::kBlocked);
+}
+
+/// A random hall in which things hang as well, and zones.
+struct HallWithAll {
+  TestMap map;
+  std::vector<Zone> zones;
+  double ceiling_m = 4;
+  [[nodiscard]] ColumnView view() const {
+    ColumnView view = map.view();
+    view.zones = &zones;
+    view.ceiling_m = ceiling_m;
+    return view;
+  }
+};
 
 TEST(Clearance, UnknownAndStaleAreBlocked) {
   TestMap map = hall_with_a_box();
@@ -389,13 +475,12 @@ TEST(Clearance, WithZonesEqualsASlowReference) {
         ASSERT_NE(with.text.find("zone " + std::to_string(with.zone)), std::string::npos);
         ++blocked_by_zone;
       }
-      // At the safe height the same path is clear, whatever it was before.
+      // At the safe height the same path is clear, flown level, whatever it was before.
       if (std::isfinite(with.safe_height_m)) {
         ClearanceQuery higher = q;
-        for (Pose& p : higher.path) p.z_m = with.safe_height_m + 1e-6;
+        for (Pose& p : higher.path) p.z_m = with.safe_height_m;
         const Clearance there = check_clearance(higher, view, q.now_ns);
-        if (q.path.size() == 1 || q.path[0].z_m == q.path.back().z_m)
-          ASSERT_EQ(there.verdict, Verdict::kClear) << there.text << " " << with.safe_height_m;
+        ASSERT_EQ(there.verdict, Verdict::kClear) << there.text << " " << with.safe_height_m;
       }
       clear += with.verdict == Verdict::kClear ? 1 : 0;
       slow += slow_down ? 1 : 0;
@@ -469,6 +554,221 @@ TEST(Clearance, RefusesSenselessQueries) {
   EXPECT_TRUE(refused(q));
   q.path.assign(1000, {});
   EXPECT_TRUE(refused(q));
+  q = over_the_hall(1);
+  q.load.above_m = -2;
+  EXPECT_TRUE(refused(q));
+  q = over_the_hall(1);
+  q.min_views = 33;
+  EXPECT_TRUE(refused(q));
+}
+
+HallWithAll random_hall_with_all(std::mt19937& random) {
+  HallWithAll hall{random_hall(random, random() % 2 == 0), {}, 4};
+  for (int i = 0; i < 3; ++i) {  // beams and lamps, known or not
+    const int x0 = static_cast<int>(random() % 90) - 40, y0 = static_cast<int>(random() % 90) - 40;
+    const int z = 20 + static_cast<int>(random() % 19);
+    const bool along_x = random() % 2 == 0;
+    const auto is = random() % 3 == 0 ? Occupancy::kUnknown : Occupancy::kOccupied;
+    for (int k = 0; k < 40; ++k) {
+      const int x = std::min(59, along_x ? x0 + k : x0), y = std::min(59, along_x ? y0 : y0 + k);
+      hall.map.set(x, y, z, is);
+    }
+  }
+  hall.map.finish(1000 * kNsPerSecond);
+  for (unsigned i = 0; i < random() % 4; ++i) hall.zones.push_back(random_zone(random));
+  if (random() % 2 == 0) hall.ceiling_m = 2.5 + double(random() % 15) / 10;
+  return hall;
+}
+
+ClearanceQuery random_query_of_any_height(std::mt19937& random) {
+  ClearanceQuery q = random_query(random);
+  if (random() % 2 == 0) q.load.above_m = kToRopeTop;
+  if (random() % 4 == 0) q.path[0].z_m = double(random() % 60) / 10;
+  return q;
+}
+
+/// The path, flown level.
+ClearanceQuery flat(ClearanceQuery q, double z_m) {
+  for (Pose& p : q.path) p.z_m = z_m;
+  return q;
+}
+
+TEST(Clearance, TheNextClearHeightIsTheFirstThatAScanUpwardsFinds) {
+  std::mt19937 random(31);
+  int found = 0, none = 0, higher = 0;
+  for (int i = 0; i < 250; ++i) {
+    const HallWithAll hall = random_hall_with_all(random);
+    const ColumnView view = hall.view();
+    for (int k = 0; k < 5; ++k) {
+      const ClearanceQuery q = random_query_of_any_height(random);
+      double asked = q.path[0].z_m;
+      for (const Pose& p : q.path) asked = std::max(asked, p.z_m);
+      const Clearance answer = check_clearance(q, view, q.now_ns);
+      const auto clear_at = [&](double z_m) {
+        return check_clearance(flat(q, z_m), view, q.now_ns).verdict == Verdict::kClear;
+      };
+      const bool any = std::isfinite(answer.safe_height_m);
+      for (double z_m = asked; z_m < (any ? answer.safe_height_m : 6.0); z_m += 0.037)
+        ASSERT_FALSE(clear_at(z_m))
+            << i << " " << k << ": clear at " << z_m << ", said " << answer.safe_height_m;
+      ASSERT_EQ(any, std::isfinite(answer.safe_low_m) && std::isfinite(answer.safe_high_m));
+      if (!any) {
+        ++none;
+        continue;
+      }
+      ASSERT_GE(answer.safe_height_m, asked);
+      ASSERT_LE(answer.safe_low_m, answer.safe_height_m);
+      ASSERT_LE(answer.safe_height_m, answer.safe_high_m);
+      for (const double share : {0.0, 0.3, 0.7, 1.0})
+        ASSERT_TRUE(clear_at(answer.safe_low_m + share * (answer.safe_high_m - answer.safe_low_m)))
+            << i << " " << k << ": " << answer.safe_low_m << " .. " << answer.safe_high_m;
+      ASSERT_TRUE(clear_at(answer.safe_height_m));
+      ASSERT_FALSE(clear_at(answer.safe_low_m - 1e-3)) << "the interval begins lower";
+      ASSERT_FALSE(clear_at(answer.safe_high_m + 1e-3)) << "the interval ends higher";
+      ++found;
+      higher += answer.safe_height_m > asked ? 1 : 0;
+    }
+  }
+  EXPECT_GT(found, 150);
+  EXPECT_GT(none, 150);
+  EXPECT_GT(higher, 50);
+}
+
+TEST(Clearance, TheNextClearHeightIsClearWithAgesAndViewsDemandedAsWell) {
+  std::mt19937 random(35);
+  int found = 0;
+  for (int i = 0; i < 120; ++i) {
+    HallWithAll hall = random_hall_with_all(random);
+    for (auto& [key, tile] : hall.map.heights) {
+      for (ColumnHeight& c : tile.columns) {
+        c.state = ColumnState::kFloor;
+        c.views = random() % 300 == 0 ? 1 : 3;
+        if (random() % 300 == 0) c.last_observed = 900 * kNsPerSecond;
+      }
+      tile.sum_up();
+    }
+    const ColumnView view = hall.view();
+    for (int k = 0; k < 5; ++k) {
+      ClearanceQuery q = random_query_of_any_height(random);
+      if (random() % 2 == 0) q.min_views = 2;
+      if (random() % 2 == 0) q.max_age_s = 50;
+      const Clearance answer = check_clearance(q, view, q.now_ns);
+      if (std::isnan(answer.safe_height_m)) continue;
+      ++found;
+      const Clearance there = check_clearance(flat(q, answer.safe_height_m), view, q.now_ns);
+      ASSERT_EQ(there.verdict, Verdict::kClear) << i << " " << k << ": " << there.text;
+    }
+  }
+  EXPECT_GT(found, 20);
+}
+
+TEST(Clearance, UpToTheRopesTopEqualsASlowReference) {
+  std::mt19937 random(32);
+  int clear = 0, blocked_above = 0;
+  for (int i = 0; i < 120; ++i) {
+    const HallWithAll hall = random_hall_with_all(random);
+    ColumnView view = hall.view();
+    view.zones = nullptr;
+    for (int k = 0; k < 5; ++k) {
+      ClearanceQuery q = random_query_of_any_height(random);
+      q.load.above_m = kToRopeTop;
+      bool free = true, box_free = true;
+      for (const SweptPiece& piece : sweep(q, kVoxel)) {  // of the box
+        box_free &= all_free(hall.map, piece.hull, piece.low_m, piece.high_m);
+        free &= all_free(hall.map, piece.hull, piece.low_m,
+                         std::max(piece.high_m, hall.ceiling_m - 1e-9));
+      }
+      const Clearance answer = check_clearance(q, view, q.now_ns);
+      ASSERT_EQ(answer.verdict, free ? Verdict::kClear : Verdict::kBlocked) << i << " " << k;
+      clear += free ? 1 : 0;
+      blocked_above += box_free && !free ? 1 : 0;
+    }
+  }
+  EXPECT_GT(clear, 40);
+  EXPECT_GT(blocked_above, 40);
+}
+
+TEST(Clearance, ACostIsCountedThatIsNeverLessThanWhatIsDone) {
+  std::mt19937 random(33);
+  for (int i = 0; i < 2000; ++i) {
+    ClearanceQuery q = random_query(random);
+    if (random() % 3 == 0) q.path.back().yaw_rad += double(random() % 60) - 30;
+    if (random() % 3 == 0) q.path.back().z_m += double(random() % 30);
+    if (random() % 3 == 0) q.load.size_x_m = 0, q.load.size_y_m = 0, q.margins.horizontal_m = 0;
+    const SweepSize said = sweep_size(q, kVoxel);
+    double columns = 0;
+    const auto pieces = sweep(q, kVoxel);
+    for (const SweptPiece& piece : pieces)
+      for (const PolygonRow& row : rows_of(piece.hull, kVoxel)) columns += row.last - row.first + 1;
+    ASSERT_EQ(said.pieces, double(pieces.size()));
+    ASSERT_GE(said.columns, columns) << i;
+    ASSERT_LE(said.columns, 12 * columns + 200 * said.pieces) << "and not much more";
+  }
+}
+
+TEST(Clearance, WhatWouldCostTooMuchIsRefusedWhateverMakesItCostly) {
+  const TestMap map = hall_with_a_box();
+  std::vector<Zone> zones(64);
+  for (Zone& z : zones) {
+    z.active = true;
+    z.z_max_m = 100;
+    for (int i = 0; i < 32; ++i)
+      z.corners.push_back({50 * std::cos(i * 0.19), 50 * std::sin(i * 0.19)});
+  }
+  ColumnView view = map.view();
+  const auto refused = [&](const ClearanceQuery& q) {
+    return check_clearance(q, view, q.now_ns).reason == Reason::kBadQuery;
+  };
+  ClearanceQuery q = over_the_hall(1);
+  EXPECT_FALSE(refused(q));
+  q.path = {{0, 0, 1, 0}};
+  q.load = {100, 100, 1, 0};
+  q.margins.horizontal_m = 100;
+  EXPECT_TRUE(refused(q)) << "one pose, but a huge load";
+  q = over_the_hall(1);
+  q.load = {20, 20, 1, 0};
+  q.path[1] = q.path[0];
+  q.path[1].z_m = 900;
+  EXPECT_TRUE(refused(q)) << "a climb in place";
+  q.path[1] = q.path[0];
+  q.path[1].yaw_rad = 100;
+  EXPECT_TRUE(refused(q)) << "a turn in place";
+  q = over_the_hall(1);
+  q.load = {0, 0, 1, 0};
+  q.margins = {0, 0, 0, 0};
+  q.path.assign(256, {90'000, 0, 1, 0});
+  for (std::size_t i = 0; i < q.path.size(); i += 2) q.path[i].x_m = -90'000;
+  EXPECT_TRUE(refused(q)) << "a thin, long path";
+  q = over_the_hall(1);
+  q.load = {0, 0, 0, 0};
+  for (std::size_t i = 1; i < 256; ++i) q.path.push_back({0.01 * double(i), 0, 1, double(i % 7)});
+  q.path.resize(256);
+  EXPECT_FALSE(refused(q));
+  view.zones = &zones;
+  EXPECT_TRUE(refused(q)) << "each piece with every corner of every zone";
+}
+
+TEST(VoxelMap, AnswersAsTheTilesThatItStandsFor) {
+  std::mt19937 random(34);
+  for (int hall = 0; hall < 6; ++hall) {
+    const TestMap map = random_hall(random, hall % 2 == 1);
+    VoxelMap voxels(kVoxel, 4);
+    for (int x = -40; x < 60; ++x)
+      for (int y = -40; y < 60; ++y)
+        for (int z = 0; z < 40; ++z)
+          if (map.at(x, y, z) != Occupancy::kUnknown) voxels.set(x, y, z, map.at(x, y, z));
+    ColumnView view = map.view();
+    view.ceiling_m = 4;
+    for (int i = 0; i < 50; ++i) {
+      const ClearanceQuery q = random_query_of_any_height(random);
+      const Clearance a = check_clearance(q, view, q.now_ns);
+      const Clearance b = check_clearance(q, voxels.view(), q.now_ns);
+      ASSERT_EQ(a.verdict, b.verdict);
+      ASSERT_EQ(a.reason, b.reason);
+      ASSERT_EQ(std::isnan(a.safe_height_m), std::isnan(b.safe_height_m));
+      if (std::isfinite(a.safe_height_m)) ASSERT_EQ(a.safe_height_m, b.safe_height_m);
+    }
+  }
 }
 
 }  // namespace

@@ -107,6 +107,12 @@ TEST(SiteConfig, NetworksSayWhatTheyNeed) {
   EXPECT_EQ(problem("network: wan, tcp_port: 5100"), "");
   EXPECT_NE(problem("network: wan, peers: [a]"), "");
   EXPECT_NE(problem("tcp_port: 5100"), "");
+  for (const char* wrong :
+       {"lo", "eth0", "'::1'", "127.0.0.1/8", "127.1", "localhost", "''", "1.2.3"})
+    EXPECT_NE(problem(std::string("interfaces: [") + wrong + "]").find("x:1: 'dds.interfaces'"),
+              std::string::npos)
+        << wrong;
+  EXPECT_EQ(problem("interfaces: [127.0.0.1, 10.1.2.3]"), "");
   const auto container = parse_site_config("dds: {network: container}", "x");
   EXPECT_TRUE(container->dds.interfaces.empty());
   EXPECT_FALSE(container->dds.shared_memory);

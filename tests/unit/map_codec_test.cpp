@@ -182,6 +182,35 @@ TEST(TileCodec, HeightsRoundTripToATenthOfAMillimetre) {
   EXPECT_FALSE(std::isfinite((*back)[7].proven_m));
 }
 
+TEST(TileCodec, HeightsCarryWhatTheyRestOnAndRefuseFlagsThatMeanNothing) {
+  std::mt19937 random(6);
+  TileHeights heights{};
+  for (ColumnHeight& c : heights) {
+    c.state = static_cast<ColumnState>(random() % 4);
+    c.height_m = double(random() % 10'000) * 1e-3;
+    c.views = static_cast<std::uint8_t>(random() % 33);
+    c.lower_bound = random() % 2 == 0;
+    c.free_to_m = double(random() % 10'000) * 1e-3;
+  }
+  const Bytes payload = encode_heights(heights);
+  EXPECT_LE(payload.size(), 24'576U);
+  const auto back = decode_heights(payload);
+  ASSERT_TRUE(back);
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    const bool known = is_known(heights[i].state);
+    EXPECT_EQ((*back)[i].state, heights[i].state);
+    EXPECT_EQ((*back)[i].views, known ? heights[i].views : 0);
+    EXPECT_EQ((*back)[i].lower_bound, known && heights[i].lower_bound);
+    EXPECT_NEAR((*back)[i].free_to_m, known ? heights[i].free_to_m : 0, 1e-9);
+  }
+  const Bytes raw = *decompress(payload, 1U << 20U);
+  for (const unsigned state : {4U, 7U, 8U, 255U}) {  // a bound of what is unknown, and others
+    Bytes bad = raw;
+    bad[4 + 6 * kTileColumns + 17] = static_cast<std::uint8_t>(state);
+    EXPECT_FALSE(decode_heights(compress(bad, 1))) << state;
+  }
+}
+
 TEST(TileCodec, RefusesDamageWithoutTakingMemory) {
   const RandomMap map(4);
   const Bytes good = encode_tile(*map.tiles()[0], 0);

@@ -38,6 +38,11 @@ TEST(MapValidity, EachReasonHasANumberOfItsOwnAndWords) {
             v1::MAP_NO_CLOUDS);
   EXPECT_EQ(code([](PipelineReport&) {}, true), v1::MAP_BEING_MADE);
   EXPECT_EQ(code([](PipelineReport& r) { r.hoist = HoistKnown::kLost; }), v1::MAP_HOIST_LOST);
+  EXPECT_EQ(code([](PipelineReport& r) {
+              r.hoist = HoistKnown::kLost;
+              r.hoist_apart_s = 9.5e7;
+            }),
+            v1::MAP_HOIST_OF_ANOTHER_TIME);
   EXPECT_EQ(code([](PipelineReport& r) { r.trust = Trust::kCartJumped; }), v1::MAP_CART_POSITION);
   EXPECT_EQ(code([](PipelineReport& r) { r.trust = Trust::kTrolleyJumped; }),
             v1::MAP_TROLLEY_POSITION);
@@ -46,6 +51,17 @@ TEST(MapValidity, EachReasonHasANumberOfItsOwnAndWords) {
     EXPECT_EQ(code([trust](PipelineReport& r) { r.trust = trust; }), v1::MAP_CONTRADICTED);
   EXPECT_EQ(code([](PipelineReport& r) { r.refused = Cause::kCloudOtherCalibration; }),
             v1::MAP_OTHER_CALIBRATION);
+}
+
+TEST(MapValidity, SaysHowFarHoistStatesAndExposuresAreApart) {
+  PipelineReport r = well();
+  r.hoist = HoistKnown::kLost;
+  r.hoist_apart_s = 95'601'516;
+  EXPECT_NE(judge_validity(r, false, kStale, kNow).reason.find("95601516 s later"),
+            std::string::npos);
+  r.hoist_apart_s = -3600;
+  EXPECT_NE(judge_validity(r, false, kStale, kNow).reason.find("3600 s earlier"),
+            std::string::npos);
 }
 
 }  // namespace

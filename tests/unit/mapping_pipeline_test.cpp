@@ -346,6 +346,36 @@ TEST_F(MappingPipelineTest, WithoutHoistStateAllBelowTheTrolleyIsUnknownAndSaid)
   EXPECT_EQ(floor_at(builder.map(), 1.0, 2.0), Occupancy::kUnknown);
 }
 
+TEST_F(MappingPipelineTest, HoistStateOfAnotherTimeIsNamedAsThatNotAsMissing) {
+  constexpr TimeNs kYears = 95'601'516 * kNsPerSecond;
+  for (const TimeNs apart : {kYears, -kYears, 2 * 60 * kNsPerSecond, kNsPerSecond}) {
+    HoistConfig hoist;
+    hoist.enabled = true;
+    MappingPipeline builder(config(), rig_, hoist);
+    for (TimeNs t = kT0 - kNsPerSecond; t <= kT0 + kNsPerSecond; t += 50 * kMs) {
+      builder.add_position(Axis::kCart, 9, t, 1.0);
+      builder.add_position(Axis::kTrolley, 9, t, 2.0);
+    }
+    HoistReading r;
+    r.hook_height_m = 1.5;
+    for (const TimeNs t : {TimeNs{0}, 50 * kMs, 100 * kMs}) {
+      r.time = kT0 + apart + t;
+      builder.add_hoist(r);
+    }
+    builder.add_cloud(cloud(0, kT0), clock_.now());
+    if (!builder.step(clock_.now())) {
+      clock_.advance(std::chrono::milliseconds(301));
+      ASSERT_TRUE(builder.step(clock_.now()));
+    }
+    const PipelineReport report = builder.report();
+    EXPECT_EQ(report.hoist, HoistKnown::kLost);
+    const bool of_another_time = apart != kNsPerSecond;
+    EXPECT_EQ(report.counts.of(Cause::kHoistOfAnotherTime), of_another_time ? 1U : 0U);
+    EXPECT_EQ(report.counts.of(Cause::kHoistUnknown), of_another_time ? 0U : 1U);
+    EXPECT_NEAR(report.hoist_apart_s, of_another_time ? double(apart) * 1e-9 : 0, 0.2);
+  }
+}
+
 TEST_F(MappingPipelineTest, AnUnwritableFolderIsNamed) {
   const auto saved = save_map(builder_, "/proc/nowhere");
   ASSERT_FALSE(saved);
@@ -388,6 +418,9 @@ TEST_F(MappingPipelineTest, AStandbyThatAdoptsWhatWasPublishedHasTheSameClassesH
       if (!is_known(after[i].state)) continue;
       ++columns;
       EXPECT_NEAR(after[i].height_m, (*heights)[i].height_m, 0.0005);
+      EXPECT_EQ(after[i].views, (*heights)[i].views);
+      EXPECT_EQ(after[i].lower_bound, (*heights)[i].lower_bound);
+      EXPECT_NEAR(after[i].free_to_m, (*heights)[i].free_to_m, 1e-6);
     }
   }
   EXPECT_GT(columns, 300U);

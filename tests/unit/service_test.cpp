@@ -3,6 +3,7 @@
 #include "bounds.h"
 #include "service/health.hpp"
 #include "service/metrics.hpp"
+#include "service/play_clock.hpp"
 #include "service/stream_gate.hpp"
 
 namespace crane {
@@ -19,6 +20,33 @@ TEST(StreamGate, LetsASecondSourceThroughOnlyOnceTheFirstIsSilent) {
   EXPECT_FALSE(gate.pass(2, t0 + 4900ms));
   EXPECT_TRUE(gate.pass(2, t0 + 5001ms)) << "3 s after the last of the first";
   EXPECT_FALSE(gate.pass(1, t0 + 6s));
+}
+
+TEST(StampOffset, IsOneNumberForAllPlayersOfAPlayAndNeverAheadOfTheClock) {
+  constexpr TimeNs kFrom = 1'700'000'000 * kNsPerSecond, kTo = kFrom + 100 * kNsPerSecond;
+  constexpr TimeNs kStart = 1'800'000'000 * kNsPerSecond;
+  for (const double factor : {0.25, 1.0, 2.0, 10.0}) {
+    const StampOffset offset = stamp_offset(Stamps::kNow, {factor}, false, kFrom, kTo, kStart);
+    EXPECT_EQ(offset.why_recorded, nullptr);
+    const PlayClock clock({factor}, kFrom, kStart);
+    double nearest_s = 1e9;
+    for (TimeNs recorded = kFrom; recorded <= kTo; recorded += kNsPerSecond) {
+      const double ahead_s = double(recorded + offset.ns - clock.due(recorded)) * 1e-9;
+      EXPECT_LE(ahead_s, 1e-6) << factor;
+      nearest_s = std::min(nearest_s, -ahead_s);
+    }
+    EXPECT_NEAR(nearest_s, 0, 1e-6) << "and somewhere it is now, factor " << factor;
+  }
+  const StampOffset real = stamp_offset(Stamps::kNow, {1}, true, kFrom, kTo, kStart);
+  EXPECT_EQ(kFrom + real.ns, kStart) << "in real time all of it is now, round after round";
+  const StampOffset paced = stamp_offset(Stamps::kNow, {0}, false, kFrom, kTo, kStart);
+  EXPECT_EQ(kTo + paced.ns, kStart);
+  EXPECT_EQ(stamp_offset(Stamps::kRecorded, {1}, false, kFrom, kTo, kStart).ns, 0);
+  for (const StampOffset& none : {stamp_offset(Stamps::kNow, {1}, false, kFrom, kTo, 0),
+                                  stamp_offset(Stamps::kNow, {2}, true, kFrom, kTo, kStart)}) {
+    EXPECT_EQ(none.ns, 0);
+    EXPECT_NE(none.why_recorded, nullptr) << "what was asked for is not done, and said";
+  }
 }
 
 TEST(Metrics, AreLinesThatPrometheusReads) {

@@ -76,5 +76,43 @@ TEST(Validate, HoistStateMustBeOfThisWorld) {
   }
 }
 
+TEST(Validate, AZonesCornersMustGoAroundOneArea) {
+  const auto zone = [](std::initializer_list<std::pair<double, double>> corners) {
+    v1::Zone z;
+    z.id(2);
+    z.kind(v1::ZONE_NO_GO);
+    z.active(1);
+    z.z_max_m(3);
+    for (const auto& [x, y] : corners) {
+      v1::ZoneCorner c;
+      c.x_m(x);
+      c.y_m(y);
+      z.corners().push_back(c);
+    }
+    return z;
+  };
+  const auto good = zone({{1.6, 0.8}, {2.0, 0.8}, {2.0, 1.2}, {1.6, 1.2}});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  v1::ZoneCommand command;
+  command.action(v1::ZONE_SET);
+  command.zone(good);
+  EXPECT_EQ(flaw(command), nullptr);
+  v1::ZoneSet set;
+  set.zones().push_back(good);
+  EXPECT_EQ(flaw(set), nullptr);
+  for (const auto& bad :
+       {zone({{1.6, 0.8}, {2.0, 1.2}, {2.0, 0.8}, {1.6, 1.2}}), zone({}), zone({{0, 0}, {1, 0}}),
+        zone({{0, 0}, {1, 0}, {2, 0}}), zone({{0, 0}, {1, 0}, {1, nan}}),
+        zone({{0, 0}, {1, 0}, {1, 1}, {0, 0}})}) {
+    command.zone(bad);
+    EXPECT_NE(flaw(command), nullptr);
+    set.zones()[0] = bad;
+    EXPECT_NE(flaw(set), nullptr);
+  }
+  set.zones()[0] = good;
+  set.zones().push_back(good);
+  EXPECT_STREQ(flaw(set), "two zones have the same id");
+}
+
 }  // namespace
 }  // namespace crane::dds

@@ -4,12 +4,11 @@
 
 #include <crane/client/map.hpp>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 int main(int argc, char** argv) {
-  double to_move[5] = {1.2, 0.3, 1.5, 0.3, 0.3};
+  double to_move[5] = {2.3, 1.5, 2.8, 1.5, 0.3};
   for (int i = 0; i < 5 && argc > i + 1; ++i) to_move[i] = std::atof(argv[i + 1]);
   const auto [x0, y0, x1, y1, z] = to_move;
   crane::client::Options options;
@@ -26,13 +25,17 @@ int main(int argc, char** argv) {
 
   crane::client::ClearanceQuery query;
   query.path = {{x0, y0, z, 0}, {x1, y1, z, 0}};  // straight legs; the last value is the yaw
-  query.load = {0.3, 0.3, 0.2, 0.1};              // length, width, height, hook above it
-  query.margins = {0.1, 0.1, 0.05, 0.1};          // sideways, up and down, sway, braking
+  // Length, width, height; hook and slings above it. Without the last number all space up to the
+  // rope's top must be free: whoever says less answers for what hangs higher.
+  query.load = {0.3, 0.3, 0.2, 0.2};
+  query.margins = {0.1, 0.1, 0.05, 0.1};  // sideways, up and down, sway, braking
   crane::client::Clearance c = map->clearance(query);
-  // A little above what was asked for, if that is blocked, as a controller would.
-  if (c.verdict == crane::client::Verdict::kBlocked && std::isfinite(c.safe_height_m)) {
-    std::printf("blocked at %.2f m: %s; safe from %.2f m up\n", z, c.text.c_str(), c.safe_height_m);
-    for (crane::client::Pose& p : query.path) p.z_m = c.safe_height_m + 0.01;
+  // Blocked: higher, where it is clear again, as a controller would. Never lower: the load may be
+  // above something that must be passed to get there.
+  if (c.verdict == crane::client::Verdict::kBlocked && c.safe_height_m > z) {
+    std::printf("blocked at %.2f m: %s; clear from %.2f to %.2f m\n", z, c.text.c_str(),
+                c.safe_low_m, c.safe_high_m);
+    for (crane::client::Pose& p : query.path) p.z_m = c.safe_height_m;
     c = map->clearance(query);
   }
   switch (c.verdict) {
@@ -41,8 +44,10 @@ int main(int argc, char** argv) {
                   c.slow_down ? ", slowly" : "", c.oldest_age_s);
       return 0;
     case crane::client::Verdict::kBlocked:
-      std::printf("blocked: %s; %.1f %% of the way unknown\n", c.text.c_str(),
-                  100 * c.unknown_fraction);
+      std::printf(
+          "blocked, and nothing at or above %.2f m is known to be clear: %s; "
+          "%.1f %% of the way unknown\n",
+          z, c.text.c_str(), 100 * c.unknown_fraction);
       return 1;
     default:
       std::printf("no answer, so do not move: %s\n", c.text.c_str());

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   if (!crane::client::is_known(height.surface))
     std::printf("height at (%.2f, %.2f): unknown, so not free\n", x, y);
   else
-    std::printf("height at (%.2f, %.2f): %.4f m (%s)\n", x, y, height.height_m,
+    std::printf("height at (%.2f, %.2f): %s%.4f m (%s)\n", x, y,
+                height.lower_bound ? "at least " : "", height.height_m,
                 height.surface == crane::client::Surface::kFloor ? "floor" : "obstacle");
 }

@@ -50,7 +50,9 @@ struct Status {
   std::int64_t last_frame_time_ns = 0;  ///< 0 = no frame accounted for yet
   std::uint64_t frames_integrated = 0, frames_rejected = 0, frames_missing = 0;
   enum class Hoist { kNotUsed, kKnown, kLost };
-  Hoist hoist = Hoist::kNotUsed;      ///< what the mapper knows of hook and load
+  Hoist hoist = Hoist::kNotUsed;  ///< what the mapper knows of hook and load
+  /// The rope's top, or the highest mapped height when that is lower: kToRopeTop reaches to it.
+  double ceiling_m = 0;
   double forget_s = 0;                ///< what is not seen again for so long is unknown; 0 = never
   std::uint64_t samples_refused = 0;  ///< samples that failed a check; never used
   std::uint64_t resyncs = 0;          ///< times that missing tiles were asked for again
@@ -63,10 +65,15 @@ constexpr bool is_known(Surface s) {
   return s == Surface::kFloor || s == Surface::kObstacle;
 }
 
-/// The highest surface over one point of the floor. Unknown is not free.
+/// The highest surface over one point of the floor. Unknown is not free. A height says nothing of
+/// what is above free_to_m, and never that a load may go there: ask clearance() for that.
 struct Height {
   Surface surface = Surface::kUnknown;
   double height_m = 0, spread_m = 0;
+  /// The true height may be more: the space right above was never seen to be free, or has a gap.
+  bool lower_bound = false;
+  double free_to_m = 0;     ///< from the surface up to here it is known to be free
+  std::uint32_t views = 0;  ///< frames that saw this surface, to 32; 1 = it rests on one view
   std::int64_t last_observed_ns = 0;  ///< to 1 s; 0 = never
   /// Hook or load have been here, down to proven_m, since a surface was last seen higher.
   bool proven_by_hook = false;
@@ -111,7 +118,7 @@ class Map {
 
   [[nodiscard]] Height height(double x_m, double y_m) const;
   [[nodiscard]] HeightGrid heights() const;
-  /// Of the columns that touch the area.
+  /// Of the columns that touch the area; of more than four million nothing is said to be known.
   [[nodiscard]] AreaHeight max_height(const Area& area) const;
   /// May the load go along that path? Never clear unless status().valid, and
   /// .complete within the last half second.

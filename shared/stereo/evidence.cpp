@@ -1,0 +1,188 @@
+#include "stereo/evidence.hpp"
+
+#include <algorithm>
+#include <barrier>
+#include <cstdlib>
+#include <thread>
+
+#include "base/expects.hpp"
+#include "stereo/evidence_rows.hpp"
+
+namespace crane {
+namespace {
+
+/// Limits of what is believed to be noise [grey levels^2]: a camera's own, and that of bad light.
+constexpr float kNoiseMin = 3, kNoiseMax = 25, kNoiseUnknown = 4;
+constexpr std::size_t kEnough = 50;  ///< residuals to know the noise from
+/// Two rows whose brightness along the row differs by as much are not joined [grey levels].
+constexpr std::uint8_t kEdge = 6;
+/// Longest gap between matches that is filled [px].
+constexpr int kGap = 6;
+/// Longest stretch without texture that its ends vouch for [px].
+constexpr int kStretch = 64;
+constexpr std::uint8_t kJoinsAbove = 8, kJoinsBelow = 16, kJoinsAlong = 32;
+
+EvidenceRow row_of(const GreyView& left, const GreyView& right, const std::int16_t* disparity,
+                   int y) {
+  return {left.pixels + y * left.stride, right.pixels + y * right.stride,
+          disparity + std::ptrdiff_t(y) * left.width, left.width};
+}
+
+/// Short gaps along a row between matches of one surface take its disparity: whether it is theirs
+/// is asked after that.
+void fill_gaps(std::int16_t* disparity, std::uint8_t* confidence, int width) {
+  int last = -1;  // match before the gap
+  for (int x = 0; x < width; ++x) {
+    if (disparity[x] <= 0) continue;
+    const int gap = x - last - 1;
+    if (last >= 0 && gap > 0 && gap <= kGap &&
+        std::abs(disparity[x] - disparity[last]) <= kDisparityScale)
+      for (int i = last + 1; i < x; ++i) {
+        disparity[i] = static_cast<std::int16_t>(
+            disparity[last] + (disparity[x] - disparity[last]) * (i - last) / (x - last));
+        confidence[i] = std::min(confidence[last], confidence[x]);
+      }
+    last = x;
+  }
+}
+
+/// A short stretch without texture between two pixels that have some, both explained, on one
+/// surface: a blot on the floor, whose ends are matched. (The ends of a rod that stands above the
+/// floor are not, at the floor's disparity.)
+void join_along(const std::int16_t* disparity, std::uint8_t* bits, int width) {
+  constexpr std::uint8_t kEnd = kRowTextured | kRowExplained;
+  int last = -1;  // pixel with texture before the stretch
+  for (int x = 0; x < width; x += 2) {
+    if ((bits[x] & kRowTextured) == 0) continue;
+    const int length = x - last;
+    if (last >= 0 && length > 2 && length <= kStretch && (bits[x] & kEnd) == kEnd &&
+        (bits[last] & kEnd) == kEnd && disparity[x] > 0 && disparity[last] > 0 &&
+        std::abs(disparity[x] - disparity[last]) <= kDisparityScale)
+      for (int i = last + 2; i < x; ++i) bits[i] |= kJoinsAlong;
+    last = x;
+  }
+}
+
+std::uint8_t apart(std::uint8_t a, std::uint8_t b) {
+  return static_cast<std::uint8_t>(std::max(a, b) - std::min(a, b));
+}
+
+/// A pixel is joined if it has texture, or if the one before is and no edge lies between. `means`
+/// of the row itself, the one before and the one before that.
+void join_row(const std::uint8_t* const means[3], const std::uint8_t* __restrict before,
+              std::uint8_t* __restrict bits, std::uint8_t mark, int count) {
+  const std::uint8_t* __restrict own = means[0];
+  const std::uint8_t* __restrict one = means[1];
+  const std::uint8_t* __restrict two = means[2];
+  for (int x = 0; x < count; ++x) {
+    const std::uint8_t most = std::max(apart(own[x], one[x]), apart(own[x], two[x]));
+    const auto joins = static_cast<std::uint8_t>(most < kEdge ? 0xFF : 0);
+    const auto textured =
+        static_cast<std::uint8_t>((bits[x] & (kRowTextured | kJoinsAlong)) != 0 ? 0xFF : 0);
+    bits[x] = static_cast<std::uint8_t>(bits[x] | (((joins & before[x]) | textured) & mark));
+  }
+}
+
+/// Columns [from, to), row after row downwards (step 1) or upwards (-1).
+void join(const std::uint8_t* mean, std::uint8_t* bits, int width, int height, int step,
+          std::uint8_t mark, int from, int to) {
+  const std::vector<std::uint8_t> none(static_cast<std::size_t>(width));
+  for (int i = 0; i < height; ++i) {
+    const std::ptrdiff_t at = std::ptrdiff_t(step > 0 ? i : height - 1 - i) * width + from;
+    const std::ptrdiff_t one = at - (i > 0 ? step * width : 0);
+    const std::ptrdiff_t two = one - (i > 1 ? step * width : 0);
+    const std::uint8_t* const means[3] = {mean + at, mean + one, mean + two};
+    join_row(means, i > 0 ? bits + one : none.data(), bits + at, mark, to - from);
+  }
+}
+
+/// What becomes of a match with these bits.
+struct Verdicts {
+  enum : std::int8_t { kProven = 0, kWeak = 1, kUnexplained = 2, kBorrowed = 3 };
+  std::int8_t of[64] = {};
+  constexpr Verdicts() {
+    for (int bits = 0; bits < 64; ++bits) {
+      const bool joined = (bits & (kJoinsAbove | kJoinsBelow | kJoinsAlong)) != 0;
+      of[bits] = !joined                       ? kBorrowed
+                 : (bits & kRowExplained) != 0 ? kProven
+                 : (bits & kRowLikely) != 0    ? kWeak
+                                               : kUnexplained;
+    }
+  }
+};
+constexpr Verdicts kVerdicts;
+
+/// Pixels [from, to).
+EvidenceReport apply(const std::uint8_t* bits, std::size_t from, std::size_t to,
+                     std::int16_t* disparity, std::uint8_t* confidence) {
+  std::uint32_t count[4] = {};
+  for (std::size_t i = from; i < to; ++i) {
+    const auto verdict = disparity[i] > 0 ? kVerdicts.of[bits[i]] : std::int8_t{0};
+    if (verdict == Verdicts::kProven) continue;  // nearly all of them
+    ++count[verdict];
+    disparity[i] =
+        verdict == Verdicts::kWeak ? static_cast<std::int16_t>(-disparity[i]) : std::int16_t{0};
+    if (verdict != Verdicts::kWeak) confidence[i] = 0;
+  }
+  return {count[Verdicts::kUnexplained], count[Verdicts::kBorrowed], count[Verdicts::kWeak]};
+}
+
+}  // namespace
+
+float Evidence::noise_of(const GreyView& left, const GreyView& right,
+                         std::span<const std::int16_t> disparity) {
+  constexpr int kRows = 24, kColumns = 32;  // apart
+  residuals_.clear();
+  for (int y = kRows / 2; y < left.height; y += kRows)
+    for (int x = kColumns; x + kColumns < left.width; x += kColumns)
+      if (const float r = row_residual(row_of(left, right, disparity.data(), y), x); r >= 0)
+        residuals_.push_back(r);
+  if (residuals_.size() < kEnough) return kNoiseUnknown;
+  const auto middle = residuals_.begin() + static_cast<std::ptrdiff_t>(residuals_.size() / 2);
+  std::nth_element(residuals_.begin(), middle, residuals_.end());
+  return std::clamp(*middle / 2, kNoiseMin, kNoiseMax);
+}
+
+EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right,
+                                     std::span<std::int16_t> disparity,
+                                     std::span<std::uint8_t> confidence) {
+  const int width = left.width;
+  const int height = left.height;
+  const std::size_t pixels = std::size_t(width) * std::size_t(height);
+  expects(disparity.size() == pixels && confidence.size() == pixels, "outputs fit the images");
+  mean_.resize(pixels);
+  bits_.resize(pixels);
+  EvidenceLimits limits;
+  limits.noise = noise_of(left, right, disparity);
+  EvidenceReport reports[2];
+  std::barrier<> meet(2);
+  const auto work = [&](int half) noexcept {
+    const int y0 = half == 0 ? 0 : height / 2, y1 = half == 0 ? height / 2 : height;
+    const int x0 = half == 0 ? 0 : width / 2, x1 = half == 0 ? width / 2 : width;
+    EvidenceScratch scratch{floats_[half].data(), bytes_[half].data()};
+    for (int y = y0; y < y1; ++y) {
+      const std::ptrdiff_t at = std::ptrdiff_t(y) * width;
+      fill_gaps(disparity.data() + at, confidence.data() + at, width);
+      look_along_row(row_of(left, right, disparity.data(), y), limits, scratch, mean_.data() + at,
+                     bits_.data() + at);
+      join_along(disparity.data() + at, bits_.data() + at, width);
+    }
+    meet.arrive_and_wait();  // the other rows
+    join(mean_.data(), bits_.data(), width, height, 1, kJoinsAbove, x0, x1);
+    join(mean_.data(), bits_.data(), width, height, -1, kJoinsBelow, x0, x1);
+    meet.arrive_and_wait();  // the other columns
+    reports[half] =
+        apply(bits_.data(), std::size_t(y0) * std::size_t(width),
+              std::size_t(y1) * std::size_t(width), disparity.data(), confidence.data());
+  };
+  for (auto& floats : floats_) floats.resize(evidence_floats(width));
+  for (auto& bytes : bytes_) bytes.resize(evidence_bytes(width));
+  {
+    const std::jthread other(work, 1);
+    work(0);
+  }
+  return {reports[0].unexplained + reports[1].unexplained,
+          reports[0].borrowed + reports[1].borrowed, reports[0].weak + reports[1].weak};
+}
+
+}  // namespace crane
