@@ -19,6 +19,11 @@ Result<void> serve(ServiceContext& context) {
   auto server = ClearanceServer::create(context.participant, std::move(map));
   if (!server) return server.error();
   StatusReporter& status = context.status;
+  const auto collect = [&] {
+    status.stages = server->stages;
+    status.dropped = server->dropped;
+    add_reader_drops(status.dropped, Cause::kRequestInvalid, Cause::kRequestLost, server->counts());
+  };
   while (!context.stopping()) {
     if (auto done = server->step(50ms); !done) return done;
     const client::Status followed = server->map().status();
@@ -26,12 +31,10 @@ Result<void> serve(ServiceContext& context) {
     status.message = followed.valid ? "" : followed.reason;
     status.received = server->counts().received;
     status.published = server->answered();
-    if (!status.due()) continue;
-    status.stages = server->stages;
-    status.dropped = server->dropped;
-    add_reader_drops(status.dropped, Cause::kRequestInvalid, Cause::kRequestLost, server->counts());
+    if (status.due()) collect();
     status.tick();
   }
+  collect();
   return {};
 }
 

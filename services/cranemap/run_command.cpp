@@ -208,10 +208,16 @@ class Run {
   /// Until the map that is published is the last one. The paper's method makes it after the last
   /// cloud; it says so while it does.
   Result<void> settle() {
+    constexpr double kQuietMs = 500;
+    std::uint64_t revision = 0;
+    Stopwatch since_change;
     for (const Stopwatch watch; watch.ms() < 300'000 && !stop_requested();) {
       const client::Status s = map_->status();
+      if (s.revision != revision) since_change = {};
+      revision = s.revision;
       const bool making = !s.alive || s.reason_code == v1::MAP_BEING_MADE;
-      if (!making && watch.ms() > (s.complete ? 1000 : 20'000)) break;
+      if (!making && since_change.ms() > kQuietMs && watch.ms() > (s.complete ? 1000 : 20'000))
+        break;
       if (auto alive = services_->watch(); !alive) return alive;
       wakeup_.wait_for(50ms);
     }

@@ -190,7 +190,7 @@ class Service {
   void take_back(const Succession::Rival& rival, const MapPublisher& publisher) {
     log_warning("another mapper began anew (term " + std::to_string(rival.term) +
                 "): this one, which has it, goes on");
-    last_heard_ = publisher.status(pipeline_, health());
+    last_heard_ = publisher.status(pipeline_, health(publisher));
     identity_.term = Succession::next_term(rival.term);
     first_revision_ = publisher.revision() + 1;
     took_over_ = true;
@@ -278,9 +278,12 @@ class Service {
     unsaved_ = trouble;
   }
 
-  [[nodiscard]] MapPublisher::Health health() const {
+  [[nodiscard]] MapPublisher::Health health(const MapPublisher& publisher) const {
+    // A map that was made anew is no map before all of it is out.
+    const bool being_made =
+        pipeline_.needs_rebuild() || (pipeline_.paper_cloud() != nullptr && publisher.behind());
     MapPublisher::Health h =
-        judge_validity(pipeline_.report(), pipeline_.needs_rebuild(),
+        judge_validity(pipeline_.report(), being_made,
                        TimeNs(context_.config.mapper.stale_ms) * 1'000'000, MonotonicClock().now());
     h.zones_revision = zones_revision_;
     h.forget_s = context_.config.mapper.forget_s;
@@ -288,17 +291,19 @@ class Service {
   }
 
   void beat(const MapPublisher& publisher) {
-    const MapPublisher::Health h = health();
+    const MapPublisher::Health h = health(publisher);
     // No cloud yet is no failure of the service.
     said_validity_ = h.validity == v1::STATUS_OK ? v1::STATUS_OK : v1::STATUS_DEGRADED;
     said_reason_ = h.reason;
     heartbeat_->say(publisher.status(pipeline_, h));
   }
 
-  void report(const MapperInputs& inputs, const ZoneBook& zones, MapPublisher& publisher) {
+  /// What the service says of itself: once a second, and `last`.
+  void report(const MapperInputs& inputs, const ZoneBook& zones, MapPublisher& publisher,
+              bool last = false) {
     StatusReporter& s = status();
     for (const StageMs& stage : publisher.take_stages()) s.stages.add(stage.stage, stage.ms);
-    if (!s.due()) return;
+    if (!last && !s.due()) return;
     s.received = inputs.clouds_received();
     s.stream = inputs.stream();
     s.status = unsaved_.empty() ? said_validity_
@@ -327,11 +332,11 @@ class Service {
     beat(publisher);
     publisher.flush(1s);
     heartbeat_->flush(1s);
+    report(inputs, zones, publisher, true);
     if (options_.save.empty()) return {};
     const Stopwatch watch;
     auto saved = save_map(pipeline_, options_.save);
     status().stages.add("save map", watch.ms());
-    report(inputs, zones, publisher);
     if (saved) log_info("map saved in " + options_.save);
     return saved;
   }

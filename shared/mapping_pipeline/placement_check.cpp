@@ -17,7 +17,8 @@ constexpr double kSamples = 60'000;  ///< of a frame are looked at: several a ce
 constexpr int kReach = 16, kFarReach = 64;
 /// Nearer than this is the same place [cells].
 constexpr int kNear = 2;
-constexpr double kLeastCells = 300;
+/// By chance no shift of so few fits: correlation varies by 0.1, and three times that is not 0.6.
+constexpr double kLeastCells = 120;
 /// What does not differ from cell to cell says nothing of where it is.
 constexpr double kLeastHeights_m = 0.05, kLeastContrast = 0.015;
 /// Brightness counts by how it differs from that of the cells around, so far away [cells], as a
