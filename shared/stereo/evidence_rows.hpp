@@ -20,7 +20,7 @@ struct EvidenceRow {
 struct EvidenceLimits {
   float noise = 4;          ///< variance of one pixel's brightness
   float residual = 3;       ///< variance of the difference of the images, in that of their noise
-  float weak_residual = 7;  ///< up to here a match is still likely
+  float weak_residual = 9;  ///< up to here a match is still likely
   float slip_px = 0.35F;    ///< error of a good disparity
   float texture = 2;        ///< sum of squared gradients, in what noise alone gives
 };

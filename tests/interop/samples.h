@@ -56,7 +56,7 @@
   F(time_ns, 1700000000923456789LL) F(map_id, 0xABCDEF0123456789ULL)                               \
   A(voxel_digests, 64, i * 0x0101010101010101ULL) A(height_digests, 64, ~(i * 0x0011001100110011ULL))
 
-#define ZONE_CORNER(F, S, B, A, O, Q) F(x_m, 1.5 + (double)k) F(y_m, -2.5 * (double)k)
+#define ZONE_CORNER(F, S, B, A, O, Q) F(x_m, 1.5 + (double)k) F(y_m, -2.5 * (double)(k * k))
 #define ZONE(F, S, B, A, O, Q)                                                                     \
   F(id, 22 + (unsigned)k) F(kind, 1) F(active, 1) F(switchable, 0) F(z_min_m, -0.5) F(z_max_m, 9.5) \
   S(name, "welding cell") Q(corners, ZoneCorner, 5, ZONE_CORNER)
