@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <latch>
 #include <limits>
-#include <thread>
+
+#include "base/two_threads.hpp"
 
 namespace crane {
 namespace {
@@ -79,22 +79,22 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   Frustum frustum;
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> freed{0};
-  std::latch aimed(1);
-  {
-    const std::jthread finder([&] {
-      hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
-                             {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
-                             report.surfaces);
-      aimed.wait();
-      freed += carve(frustum, next, map);
-    });
-    DepthFrame certain = frame;
-    if (settings_.as_octomap) certain.sigma_disparity_px = 0;
-    free_.build(certain, free_cell_px(voxel_px));
-    frustum = aim(frame, map);
-    aimed.count_down();
-    freed += carve(frustum, next, map);
-  }
+  on_two_threads(
+      [&](Meeting& meeting) {
+        DepthFrame certain = frame;
+        if (settings_.as_octomap) certain.sigma_disparity_px = 0;
+        free_.build(certain, free_cell_px(voxel_px));
+        frustum = aim(frame, map);
+        meeting.meet();
+        freed += carve(frustum, next, map);
+      },
+      [&](Meeting& meeting) {
+        hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
+                               {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
+                               report.surfaces);
+        meeting.meet();
+        freed += carve(frustum, next, map);
+      });
   report.freed = freed;
   for (Tile* tile : frustum.tiles)
     if (tile->changed) map.mark_changed(*tile);
@@ -133,10 +133,7 @@ std::uint64_t ProjectiveIntegrator::apply_all(const std::vector<SurfaceHit>& hit
   if (hits.size() < kWorthAThread) return apply_half(0) + apply_half(1);
   std::uint64_t odd = 0;
   std::uint64_t even = 0;
-  {
-    const std::jthread other([&] { odd = apply_half(1); });
-    even = apply_half(0);
-  }
+  on_two_threads([&](Meeting&) { even = apply_half(0); }, [&](Meeting&) { odd = apply_half(1); });
   return odd + even;
 }
 

@@ -1,11 +1,10 @@
 #include "stereo/evidence.hpp"
 
 #include <algorithm>
-#include <barrier>
 #include <cstdlib>
-#include <thread>
 
 #include "base/expects.hpp"
+#include "base/two_threads.hpp"
 #include "stereo/evidence_rows.hpp"
 
 namespace crane {
@@ -155,8 +154,7 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
   EvidenceLimits limits;
   limits.noise = noise_of(left, right, disparity);
   EvidenceReport reports[2];
-  std::barrier<> meet(2);
-  const auto work = [&](int half) noexcept {
+  const auto work = [&](int half, Meeting& meeting) {
     const int y0 = half == 0 ? 0 : height / 2, y1 = half == 0 ? height / 2 : height;
     const int x0 = half == 0 ? 0 : width / 2, x1 = half == 0 ? width / 2 : width;
     EvidenceScratch scratch{floats_[half].data(), bytes_[half].data()};
@@ -167,20 +165,18 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
                      bits_.data() + at);
       join_along(disparity.data() + at, bits_.data() + at, width);
     }
-    meet.arrive_and_wait();  // the other rows
+    meeting.meet();  // the other rows
     join(mean_.data(), bits_.data(), width, height, 1, kJoinsAbove, x0, x1);
     join(mean_.data(), bits_.data(), width, height, -1, kJoinsBelow, x0, x1);
-    meet.arrive_and_wait();  // the other columns
+    meeting.meet();  // the other columns
     reports[half] =
         apply(bits_.data(), std::size_t(y0) * std::size_t(width),
               std::size_t(y1) * std::size_t(width), disparity.data(), confidence.data());
   };
   for (auto& floats : floats_) floats.resize(evidence_floats(width));
   for (auto& bytes : bytes_) bytes.resize(evidence_bytes(width));
-  {
-    const std::jthread other(work, 1);
-    work(0);
-  }
+  on_two_threads([&](Meeting& meeting) { work(0, meeting); },
+                 [&](Meeting& meeting) { work(1, meeting); });
   return {reports[0].unexplained + reports[1].unexplained,
           reports[0].borrowed + reports[1].borrowed, reports[0].weak + reports[1].weak};
 }

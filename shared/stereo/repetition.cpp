@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <thread>
 
 #include "base/expects.hpp"
+#include "base/two_threads.hpp"
 #include "stereo/repetition_cells.hpp"
 
 namespace crane {
@@ -38,10 +38,8 @@ std::uint32_t Repetition::drop_ambiguous(const GreyView& left, std::span<std::in
               confidence.size() == disparity.size(),
           "images have the size that was announced");
   const RepetitionInput in{left.pixels, left.stride, width_, height_, reach_px_};
-  {
-    const std::jthread other([&] { find_repetition(in, 0, rows_ / 2, repeats_.data()); });
-    find_repetition(in, rows_ / 2, rows_, repeats_.data());
-  }
+  on_two_threads([&](Meeting&) { find_repetition(in, 0, rows_ / 2, repeats_.data()); },
+                 [&](Meeting&) { find_repetition(in, rows_ / 2, rows_, repeats_.data()); });
   if (std::none_of(repeats_.begin(), repeats_.end(), [](auto r) { return r != 0; })) return 0;
   std::uint32_t dropped = 0;
   for (int row = 0; row < rows_; ++row)

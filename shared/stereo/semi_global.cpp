@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <barrier>
 #include <cstdlib>
 #include <cstring>
 #include <new>
-#include <thread>
 #include <vector>
 
 #include "base/expects.hpp"
+#include "base/two_threads.hpp"
 #include "stereo/semi_global_sweep.hpp"
 #include "stereo/subpixel.hpp"
 
@@ -214,10 +213,9 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
   in.sums = m.sums.get();
 
   const Subpixel subpixel{m.refined.data(), m.weight.data(), m.brightness.data(), m.limit.data()};
-  std::barrier<> meet(2);
   std::array<SemiGlobalReport, 2> reports;
   const int middle = m.rows / 2;
-  const auto work = [&](int direction) {
+  const auto work = [&](int direction, Meeting& meeting) {
     Impl::Direction& d = m.directions[direction > 0 ? 0 : 1];
     SemiGlobalReport& report = reports[direction > 0 ? 0 : 1];
     const int from = direction > 0 ? 0 : middle;
@@ -229,30 +227,29 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
     SweepState state{d.path.get(), d.right_best.data()};
     const SweepOutput out{m.winners.data(), m.margin.data(), m.settings.left_right_px,
                           m.settings.uniqueness, &report.at_near_end};
-    meet.arrive_and_wait();  // the census of the other half
+    meeting.meet();  // the census of the other half
     if (direction > 0)
       sweep(in, state, 0, middle, 1, false, out);
     else
       sweep(in, state, m.rows - 1, middle - 1, -1, false, out);
-    meet.arrive_and_wait();  // the sums of the other half
+    meeting.meet();  // the sums of the other half
     if (direction > 0)
       sweep(in, state, middle, m.rows, 1, true, out);
     else
       sweep(in, state, middle - 1, -1, -1, true, out);
-    meet.arrive_and_wait();  // the winners of the other half
+    meeting.meet();  // the winners of the other half
     const int step = m.settings.row_step;
     refine_subpixel({left.pixels, right.pixels, left.stride * step, right.stride * step,
                      m.winners.data(), m.width, m.rows},
                     from, to, subpixel);
-    meet.arrive_and_wait();  // the refined rows of the other half
+    meeting.meet();  // the refined rows of the other half
     settle_subpixel(subpixel, m.width, m.rows, from, to, m.settled.data(),
                     m.settled_confidence.data());
-    meet.arrive_and_wait();  // the first settled row of the other half
+    meeting.meet();  // the first settled row of the other half
     report.matched = m.spread(from, to, disparity, confidence);
   };
-  std::jthread other(work, -1);
-  work(1);
-  other.join();
+  on_two_threads([&](Meeting& meeting) { work(1, meeting); },
+                 [&](Meeting& meeting) { work(-1, meeting); });
   return {reports[0].matched + reports[1].matched, reports[0].at_near_end + reports[1].at_near_end};
 }
 

@@ -300,6 +300,9 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     report.depth_ms = depth.ms();
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::kBadData, "stereo frame", "OpenCV: " + e.err, ""};
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::kResource, "stereo frame",
+                 std::string("cannot be matched: ") + e.what(), "give the service more memory"};
   }
   return report;
 }

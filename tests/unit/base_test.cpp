@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -7,6 +9,7 @@
 #include "base/log.hpp"
 #include "base/result.hpp"
 #include "base/stage_times.hpp"
+#include "base/two_threads.hpp"
 #include "base/wakeup.hpp"
 
 namespace crane {
@@ -84,6 +87,42 @@ TEST(LogDeathTest, WritesJsonLinesAndCutsAFloodShort) {
         log_much();
       },
       testing::ExitedWithCode(42), "");
+}
+
+TEST(OnTwoThreads, BothMeetAsOftenAsTheyLikeAndSeeWhatTheOtherDid) {
+  for (int trial = 0; trial < 50; ++trial) {
+    int left = 0, right = 0, wrong = 0, wrong_too = 0;
+    on_two_threads(
+        [&](Meeting& meeting) {
+          for (int i = 1; i <= 100; ++i) {
+            left = i;
+            meeting.meet();
+            wrong += right != i ? 1 : 0;
+            meeting.meet();
+          }
+        },
+        [&](Meeting& meeting) {
+          for (int i = 1; i <= 100; ++i) {
+            right = i;
+            meeting.meet();
+            wrong_too += left != i ? 1 : 0;
+            meeting.meet();
+          }
+        });
+    ASSERT_EQ(wrong + wrong_too, 0);
+  }
+}
+
+TEST(OnTwoThreads, WhatEitherThrowsArrivesAndNobodyWaitsForOneThatFailed) {
+  const auto fails = [](Meeting&) { throw std::runtime_error("no memory"); };
+  const auto waits = [](Meeting& meeting) {
+    for (int i = 0; i < 3; ++i) meeting.meet();
+  };
+  for (int trial = 0; trial < 50; ++trial) {
+    EXPECT_THROW(on_two_threads(fails, waits), std::runtime_error);
+    EXPECT_THROW(on_two_threads(waits, fails), std::runtime_error);
+    EXPECT_THROW(on_two_threads(fails, fails), std::runtime_error);
+  }
 }
 
 }  // namespace

@@ -209,7 +209,9 @@ TEST(ProjectiveIntegrator, AnUnmatchedLineFreesNothingAroundIt) {
     OccupancyMap map(0.05, kPlenty);
     ProjectiveIntegrator integrator({-0.3, 1.8});
     for (int i = 0; i < 5; ++i) integrator.integrate(view.frame, i, map);
-    EXPECT_EQ(free_in(map, -0.001, 0.001, -0.001, 0.001, 0.1, 1.1), 0U);
+    const double x = along ? 0.03 : 0.003;
+    const double y = along ? -0.003 : 0.03;
+    EXPECT_EQ(free_in(map, x, x, y, y, 0.1, 1.5), 0U) << (along ? "along" : "across");
     EXPECT_GT(free_in(map, 0.3, 0.4, 0.3, 0.4, 0.1, 0.5), 20U);
   }
 }
