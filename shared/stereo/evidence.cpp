@@ -19,7 +19,7 @@ constexpr std::uint8_t kEdge = 6;
 constexpr int kGap = 6;
 /// Longest stretch without texture that its ends vouch for [px].
 constexpr int kStretch = 64;
-constexpr std::uint8_t kJoinsAbove = 8, kJoinsBelow = 16, kJoinsAlong = 32;
+constexpr std::uint8_t kJoinsAbove = 16, kJoinsBelow = 32, kJoinsAlong = 64;
 
 EvidenceRow row_of(const GreyView& left, const GreyView& right, const std::int16_t* disparity,
                    int y) {
@@ -45,11 +45,11 @@ void fill_gaps(std::int16_t* disparity, std::uint8_t* confidence, int width) {
   }
 }
 
-/// A short stretch without texture between two pixels that have some, both explained, on one
+/// A short stretch without texture between two pixels that have plenty, both explained, on one
 /// surface: a blot on the floor, whose ends are matched. (The ends of a rod that stands above the
 /// floor are not, at the floor's disparity.)
 void join_along(const std::int16_t* disparity, std::uint8_t* bits, int width) {
-  constexpr std::uint8_t kEnd = kRowTextured | kRowExplained;
+  constexpr std::uint8_t kEnd = kRowDistinct | kRowExplained;
   int last = -1;  // pixel with texture before the stretch
   for (int x = 0; x < width; x += 2) {
     if ((bits[x] & kRowTextured) == 0) continue;
@@ -98,9 +98,9 @@ void join(const std::uint8_t* mean, std::uint8_t* bits, int width, int height, i
 /// What becomes of a match with these bits.
 struct Verdicts {
   enum : std::int8_t { kProven = 0, kWeak = 1, kUnexplained = 2, kBorrowed = 3 };
-  std::int8_t of[64] = {};
+  std::int8_t of[128] = {};
   constexpr Verdicts() {
-    for (int bits = 0; bits < 64; ++bits) {
+    for (int bits = 0; bits < 128; ++bits) {
       const bool joined = (bits & (kJoinsAbove | kJoinsBelow | kJoinsAlong)) != 0;
       of[bits] = !joined                       ? kBorrowed
                  : (bits & kRowExplained) != 0 ? kProven

@@ -118,12 +118,13 @@ void LookAlongRow(const EvidenceRow& in, const EvidenceLimits& limits, EvidenceS
       return hn::IfThenElseZero(hn::RebindMask(di, mask), hn::Set(di, value));
     };
     const auto textured = hn::Gt(gradient, hn::Mul(noise, hn::Set(d, limits.texture * kPixels)));
+    const auto distinct = hn::Gt(gradient, hn::Mul(noise, hn::Set(d, limits.distinct * kPixels)));
     const auto explained = hn::Lt(residual, hn::MulAdd(noise, hn::Set(d, limits.residual), slack));
     const auto likely =
         hn::Lt(residual, hn::MulAdd(noise, hn::Set(d, limits.weak_residual), slack));
     alignas(64) std::int32_t out[2][16];
     hn::Store(hn::Or(hn::Or(bit(textured, kRowTextured), bit(explained, kRowExplained)),
-                     bit(likely, kRowLikely)),
+                     hn::Or(bit(likely, kRowLikely), bit(distinct, kRowDistinct))),
               di, out[0]);
     hn::Store(hn::ConvertTo(
                   di, hn::Mul(window_sum(part[kBrightness] + pair), hn::Set(d, 1.0F / kPixels))),

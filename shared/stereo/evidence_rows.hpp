@@ -23,10 +23,11 @@ struct EvidenceLimits {
   float weak_residual = 9;  ///< up to here a match is still likely
   float slip_px = 0.35F;    ///< error of a good disparity
   float texture = 2;        ///< sum of squared gradients, in what noise alone gives
+  float distinct = 2.5F;    ///< so much of it fits nowhere by chance
 };
 
 /// Bits of what was found.
-inline constexpr std::uint8_t kRowTextured = 1, kRowExplained = 2, kRowLikely = 4;
+inline constexpr std::uint8_t kRowTextured = 1, kRowExplained = 2, kRowLikely = 4, kRowDistinct = 8;
 
 /// Memory that a row needs.
 struct EvidenceScratch {
