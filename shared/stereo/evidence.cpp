@@ -19,7 +19,9 @@ constexpr std::uint8_t kEdge = 6;
 constexpr int kGap = 6;
 /// Longest stretch without texture that its ends vouch for [px].
 constexpr int kStretch = 64;
-constexpr std::uint8_t kJoinsAbove = 16, kJoinsBelow = 32, kJoinsAlong = 64;
+constexpr std::uint8_t kJoinsAbove = 16, kJoinsBelow = 32, kJoinsAlong = 64, kMatched = 128;
+/// Longest run of unproven matches in a single row that is noise [px].
+constexpr int kSpeck = 8;
 
 EvidenceRow row_of(const GreyView& left, const GreyView& right, const std::int16_t* disparity,
                    int y) {
@@ -98,9 +100,9 @@ void join(const std::uint8_t* mean, std::uint8_t* bits, int width, int height, i
 /// What becomes of a match with these bits.
 struct Verdicts {
   enum : std::int8_t { kProven = 0, kWeak = 1, kUnexplained = 2, kBorrowed = 3 };
-  std::int8_t of[128] = {};
+  std::int8_t of[256] = {};
   constexpr Verdicts() {
-    for (int bits = 0; bits < 128; ++bits) {
+    for (int bits = 0; bits < 256; ++bits) {
       const bool joined = (bits & (kJoinsAbove | kJoinsBelow | kJoinsAlong)) != 0;
       of[bits] = !joined                       ? kBorrowed
                  : (bits & kRowExplained) != 0 ? kProven
@@ -111,17 +113,52 @@ struct Verdicts {
 };
 constexpr Verdicts kVerdicts;
 
-/// Pixels [from, to).
-EvidenceReport apply(const std::uint8_t* bits, std::size_t from, std::size_t to,
+/// Whether a match with these bits is taken back altogether.
+bool is_dropped(std::uint8_t bits) {
+  return kVerdicts.of[bits] >= Verdicts::kUnexplained;
+}
+
+/// End of the run of matches from x on that are taken back.
+int end_of_run(const std::uint8_t* bits, const std::int16_t* disparity, int x, int width) {
+  while (x < width && disparity[x] > 0 && is_dropped(bits[x])) ++x;
+  return x;
+}
+
+/// Whether all of columns [from, to) of a row have a match that stays, proven or likely.
+bool all_stay(const std::uint8_t* bits, int from, int to) {
+  for (int x = from; x < to; ++x)
+    if ((bits[x] & kMatched) == 0 || is_dropped(bits[x])) return false;
+  return true;
+}
+
+/// Rows [from, to). A few pixels of a single row, with the rows above and below in order, are noise
+/// and not a thing: likely.
+EvidenceReport apply(const std::uint8_t* bits, int width, int height, int from, int to,
                      std::int16_t* disparity, std::uint8_t* confidence) {
   std::uint32_t count[4] = {};
-  for (std::size_t i = from; i < to; ++i) {
-    const auto verdict = disparity[i] > 0 ? kVerdicts.of[bits[i]] : std::int8_t{0};
-    if (verdict == Verdicts::kProven) continue;  // nearly all of them
-    ++count[verdict];
-    disparity[i] =
-        verdict == Verdicts::kWeak ? static_cast<std::int16_t>(-disparity[i]) : std::int16_t{0};
-    if (verdict != Verdicts::kWeak) confidence[i] = 0;
+  for (int y = from; y < to; ++y) {
+    const std::uint8_t* row = bits + std::ptrdiff_t(y) * width;
+    std::int16_t* d = disparity + std::ptrdiff_t(y) * width;
+    std::uint8_t* c = confidence + std::ptrdiff_t(y) * width;
+    for (int x = 0; x < width; ++x) {
+      if (d[x] <= 0) continue;
+      const auto verdict = kVerdicts.of[row[x]];
+      if (verdict == Verdicts::kProven) continue;  // nearly all of them
+      if (verdict == Verdicts::kWeak) {
+        d[x] = static_cast<std::int16_t>(-d[x]);
+        ++count[Verdicts::kWeak];
+        continue;
+      }
+      const int end = end_of_run(row, d, x, width);
+      const bool noise = end - x <= kSpeck && (y == 0 || all_stay(row - width, x, end)) &&
+                         (y + 1 == height || all_stay(row + width, x, end));
+      for (; x < end; ++x) {
+        ++count[noise ? static_cast<int>(Verdicts::kWeak) : kVerdicts.of[row[x]]];
+        d[x] = noise ? static_cast<std::int16_t>(-d[x]) : std::int16_t{0};
+        if (!noise) c[x] = 0;
+      }
+      --x;
+    }
   }
   return {count[Verdicts::kUnexplained], count[Verdicts::kBorrowed], count[Verdicts::kWeak]};
 }
@@ -164,14 +201,14 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
       look_along_row(row_of(left, right, disparity.data(), y), limits, scratch, mean_.data() + at,
                      bits_.data() + at);
       join_along(disparity.data() + at, bits_.data() + at, width);
+      for (std::size_t i = std::size_t(at); i < std::size_t(at + width); ++i)
+        bits_[i] |= disparity[i] > 0 ? kMatched : std::uint8_t{0};
     }
     meeting.meet();  // the other rows
     join(mean_.data(), bits_.data(), width, height, 1, kJoinsAbove, x0, x1);
     join(mean_.data(), bits_.data(), width, height, -1, kJoinsBelow, x0, x1);
     meeting.meet();  // the other columns
-    reports[half] =
-        apply(bits_.data(), std::size_t(y0) * std::size_t(width),
-              std::size_t(y1) * std::size_t(width), disparity.data(), confidence.data());
+    reports[half] = apply(bits_.data(), width, height, y0, y1, disparity.data(), confidence.data());
   };
   for (auto& floats : floats_) floats.resize(evidence_floats(width));
   for (auto& bytes : bytes_) bytes.resize(evidence_bytes(width));
