@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "base/two_threads.hpp"
+#include "mapping/freeing.hpp"
 
 namespace crane {
 namespace {
@@ -14,59 +14,11 @@ static_assert(kCube == kFreeCube);
 /// A surface less certain than this share of a voxel joins one that is there, within this many
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
+/// What comes by itself is not higher: where nothing matches any more, free space below this is
+/// taken back, and above it stays.
 constexpr double kArrivals_m = 3;
 constexpr int kHitLeast = 7;  ///< three of them are believed
 constexpr int kJoinMax = 8;   ///< voxels
-/// OctoMap's limits.
-constexpr int kOctomapMin = -64, kOctomapMax = 112;
-
-/// Voxels of one frame that were seen through.
-class Freeing {
- public:
-  Freeing(Tile& tile, Epoch now, bool as_octomap)
-      : tile_(tile), now_(now), least_(as_octomap ? kOctomapMin : kLogOddsMin) {}
-
-  void voxel(std::int8_t& log_odds, Epoch& seen) {
-    seen = now_;
-    if (log_odds == least_) return;
-    const Occupancy before = classify(log_odds);
-    const int v = std::max(log_odds + kMiss, least_);
-    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
-    tile_.reclassified |= classify(log_odds) != before;
-    tile_.changed = true;
-  }
-  /// Whether a row of a cube is as free as can be, and was seen in this epoch.
-  [[nodiscard]] bool is_done(const std::int8_t* log_odds, const Epoch* seen) const {
-    std::uint64_t odds = 0;
-    std::uint64_t epochs = 0;
-    std::memcpy(&odds, log_odds, sizeof odds);
-    std::memcpy(&epochs, seen, sizeof epochs);
-    return odds == kEach * static_cast<std::uint8_t>(least_) && epochs == kEach * now_;
-  }
-  /// A row of a cube. False when it is not yet as free as can be.
-  bool row(std::int8_t* log_odds, Epoch* seen) {
-    std::uint64_t odds = 0;
-    std::uint64_t epochs = 0;
-    std::memcpy(&odds, log_odds, sizeof odds);
-    std::memcpy(&epochs, seen, sizeof epochs);
-    if (odds == kEach * static_cast<std::uint8_t>(least_)) {
-      if (epochs != kEach * now_) std::memset(seen, now_, kCube);
-      return true;
-    }
-    for (int i = 0; i < kCube; ++i) voxel(log_odds[i], seen[i]);
-    return false;
-  }
-
- private:
-  static constexpr std::uint64_t kEach = 0x0101010101010101ULL;
-  Tile& tile_;
-  Epoch now_;
-  int least_;
-};
-
-std::size_t cube_index(int x0, int y0, int z0) {
-  return static_cast<std::size_t>((z0 / kCube * kCubesEdge + y0 / kCube) * kCubesEdge + x0 / kCube);
-}
 
 }  // namespace
 
@@ -228,21 +180,7 @@ void ProjectiveIntegrator::forget_blind(Tile& tile, Block& block, const Eigen::V
   blind.cells = free_.blind();
   std::uint8_t masks[kCube * kCube];
   free_of_cube(blind, corner.data(), masks);
-  bool any = false;
-  for (int row = 0; row < kCube * kCube; ++row) {
-    const auto at =
-        std::size_t(((z0 + row / kCube) * kTileEdge + y0 + row % kCube) * kTileEdge + x0);
-    for (unsigned seen = masks[row]; seen != 0; seen &= seen - 1) {
-      const std::size_t i = at + std::size_t(__builtin_ctz(seen));
-      if (block.log_odds[i] >= 0) continue;
-      block.log_odds[i] = 0;
-      block.seen[i] = 0;
-      any = true;
-    }
-  }
-  if (!any) return;
-  block.settled[cube_index(x0, y0, z0)] = 0;
-  tile.changed = tile.reclassified = true;
+  if (take_back(block, x0, y0, z0, masks)) tile.changed = tile.reclassified = true;
 }
 
 std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, OccupancyMap& map) {
@@ -337,24 +275,6 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
   return freed;
 }
 
-/// Voxels of a column below z that are free become unknown. True when there were any.
-static bool forget_below(Tile& tile, int column, int z) {
-  bool any = false;
-  for (const auto& [block_z, block] : tile.blocks) {
-    const int layers = std::min(kTileEdge, z - block_z * kTileEdge);
-    if (layers <= 0) break;
-    for (int k = 0; k < layers; ++k) {
-      const auto index = static_cast<std::size_t>(k * kTileColumns + column);
-      if (block->log_odds[index] >= 0) continue;
-      block->log_odds[index] = 0;
-      block->seen[index] = 0;
-      block->settled[cube_index(column % kTileEdge, column / kTileEdge, k)] = 0;
-      any = true;
-    }
-  }
-  return any;
-}
-
 bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
                                  OccupancyMap& map) {
   const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
@@ -384,7 +304,7 @@ bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
   const int most = settings_.as_octomap ? kOctomapMax : kLogOddsMax;
   const bool freed = log_odds < most && is_free(hit.x, hit.y, z);
   // New here: what was seen free below it was so before it came.
-  if (log_odds <= 0 && !settings_.as_octomap) tile.reclassified |= forget_below(tile, column, z);
+  if (log_odds <= 0 && !settings_.as_octomap) tile.reclassified |= take_back_below(tile, column, z);
   const Occupancy before = classify(log_odds);
   if (settings_.as_octomap) {
     const int v = std::min(log_odds + strength - (freed ? kMiss : 0), most);
