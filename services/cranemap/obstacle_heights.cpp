@@ -7,18 +7,20 @@ namespace crane {
 
 std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
                                     const std::vector<TrueObstacle>& obstacles) {
-  // A lower bound is no measurement. A map without free space (the paper's method) has no others.
-  const bool any_end = std::any_of(grid.cells.begin(), grid.cells.end(), [](const auto& c) {
-    return client::is_known(c.surface) && !c.lower_bound;
-  });
   std::vector<ObstacleHeight> out;
   for (const TrueObstacle& o : obstacles) {
     ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, o.level_radius_m(), 0};
-    std::vector<double> heights;
-    for (std::size_t i = 0; i < grid.cells.size(); ++i)
-      if (client::is_known(grid.cells[i].surface) && !(any_end && grid.cells[i].lower_bound) &&
-          std::hypot(grid.x_m(i) - o.x_m, grid.y_m(i) - o.y_m) <= 0.7 * o.level_radius_m())
-        heights.push_back(grid.cells[i].height_m);
+    // What has a known end above measures; where hardly any has, what was seen has to do.
+    std::vector<double> ends, heights;
+    for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+      const client::Height& cell = grid.cells[i];
+      if (!client::is_known(cell.surface) ||
+          std::hypot(grid.x_m(i) - o.x_m, grid.y_m(i) - o.y_m) > 0.7 * o.level_radius_m())
+        continue;
+      heights.push_back(cell.height_m);
+      if (!cell.lower_bound) ends.push_back(cell.height_m);
+    }
+    if (4 * ends.size() >= heights.size()) heights = std::move(ends);
     h.columns = heights.size();
     if (!heights.empty()) {
       const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);

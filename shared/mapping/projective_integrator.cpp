@@ -14,9 +14,9 @@ static_assert(kCube == kFreeCube);
 /// A surface less certain than this share of a voxel joins one that is there, within this many
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
-/// What comes by itself is not higher: where nothing matches any more, free space below this is
-/// taken back, and above it stays.
-constexpr double kArrivals_m = 3;
+/// What comes by itself is not higher, nor than this share of the camera's height: where nothing
+/// matches any more, free space below is taken back, and above it stays.
+constexpr double kArrivals_m = 3, kArrivalsShare = 1.0 / 3;
 constexpr int kHitLeast = 7;  ///< three of them are believed
 constexpr int kJoinMax = 8;   ///< voxels
 
@@ -97,6 +97,7 @@ ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, Occ
   p.R_exact = T_rectified_map.linear() * voxel;
   p.R = p.R_exact.cast<float>();
   p.t = T_rectified_map.translation();
+  p.height_m = f.T_map_rectified.translation().z();
   for (int level = 0; level < FreeDepth::kLevels; ++level) {
     FreeProjection& c = p.levels[static_cast<std::size_t>(level)];
     c.cells = free_.cells(level);
@@ -188,6 +189,7 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
   Freeing freeing(tile, map.epoch(), settings_.as_octomap);
   const Projection& p = projection_;
   const FreeProjection& cells = p.levels[0];
+  const double arrivals_m = std::min(kArrivals_m, kArrivalsShare * p.height_m);
   const auto found = tile.blocks.find(block_z);
   Block* block = found == tile.blocks.end() ? nullptr : found->second.get();
   const int z_first = std::max(0, map.index(settings_.z_min_m) - block_z * kTileEdge);
@@ -203,7 +205,7 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
     for (int y0 = 0; y0 < kTileEdge; y0 += kCube)
       for (int x0 = 0; x0 < kTileEdge; x0 += kCube) {
         const std::size_t cube = cube_index(x0, y0, z0);
-        const bool low = (block_z * kTileEdge + z0) * map.voxel_m() < kArrivals_m &&
+        const bool low = (block_z * kTileEdge + z0) * map.voxel_m() < arrivals_m &&
                          !settings_.as_octomap && block != nullptr;
         const bool done = block != nullptr && block->settled[cube] == map.epoch();
         if (done && !low) continue;

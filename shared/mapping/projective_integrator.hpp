@@ -46,6 +46,7 @@ class ProjectiveIntegrator {
     Eigen::Matrix3d R_exact;  ///< rectified camera from map, per voxel
     Eigen::Matrix3f R;        ///< the same
     Eigen::Vector3d t;        ///< position of map origin in the camera, [m]
+    double height_m = 0;      ///< of the camera, map z
     std::array<FreeProjection, FreeDepth::kLevels> levels;
     float voxel_cells = 1;  ///< edge of a voxel at a depth of 1 m, in pairs of cells of level 0
   };

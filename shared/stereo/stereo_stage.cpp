@@ -226,23 +226,37 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     const auto view = [](const cv::Mat& image) {
       return GreyView{image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
     };
+    std::uint32_t overlap = 0;  // pixels that the matcher found a match for
+    const auto first_valid = static_cast<std::int16_t>(
+        std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
+    const auto look_at_pair = [&](std::span<const std::int16_t> found) {
+      report.row_error_px = row_error_px(view(m.left), view(m.right), found);
+      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowsApart;
+      if (rows_fit)  // else that is the reason, and is said
+        report.flaw = flaw_of(look_at_contrast(view(m.left), view(m.right), found, first_valid));
+    };
     if (!m.settings.paper) report.flaw = m.check.look(view(m.left), view(m.right), m.number);
     if (report.flaw) {
       m.disparity.setTo(0);
     } else if (m.sgm) {
       const std::span<std::int16_t> found(m.disparity.ptr<std::int16_t>(), pixels);
-      report.too_near =
-          m.sgm->match(view(m.left), view(m.right), found, out.confidence).at_near_end;
-      const EvidenceReport proven =
-          m.evidence.keep_proven(view(m.left), view(m.right), found, out.confidence);
-      report.unproven = proven.unexplained + proven.borrowed;
-      if (m.near_field) {
-        const NearFieldReport near =
-            m.near_field->apply(view(m.left), view(m.right), found, out.confidence);
-        report.near = near.matched;
-        report.too_near = near.too_near;
+      const SemiGlobalReport said =
+          m.sgm->match(view(m.left), view(m.right), found, out.confidence);
+      report.too_near = said.at_near_end;
+      overlap = said.matched;
+      look_at_pair(found);  // of what was matched, not of what is left of it
+      if (!report.flaw) {
+        const EvidenceReport proven =
+            m.evidence.keep_proven(view(m.left), view(m.right), found, out.confidence);
+        report.unproven = proven.unexplained + proven.borrowed;
+        if (m.near_field) {
+          const NearFieldReport near =
+              m.near_field->apply(view(m.left), view(m.right), found, out.confidence);
+          report.near = near.matched;
+          report.too_near = near.too_near;
+        }
+        report.ambiguous = m.repetition->drop_ambiguous(view(m.left), found, out.confidence);
       }
-      report.ambiguous = m.repetition->drop_ambiguous(view(m.left), found, out.confidence);
     } else {
       m.opencv->compute(m.left, m.right, m.disparity);
       m.disparity *= kOpenCvFactor;
@@ -251,8 +265,6 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
 
     const Stopwatch depth;
     const std::span<const std::int16_t> disparity(m.disparity.ptr<std::int16_t>(), pixels);
-    const auto first_valid = static_cast<std::int16_t>(
-        std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
     if (report.flaw)
       std::fill(out.confidence.begin(), out.confidence.end(), std::uint8_t{0});
     else if (!m.sgm)
@@ -276,13 +288,9 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
       out.depth_m[i] = matched && supported ? fb / static_cast<float>(disparity[i]) : 0.0F;
       if (matched && m.settings.paper && out.confidence[i] == 0) out.confidence[i] = 1;
     }
-    if (!m.settings.paper && !report.flaw) {
-      report.row_error_px = row_error_px(view(m.left), view(m.right), disparity);
-      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowsApart;
-      if (rows_fit)  // else that is the reason, and is said
-        report.flaw =
-            flaw_of(look_at_contrast(view(m.left), view(m.right), disparity, first_valid));
-      if (!report.flaw && report.matched < kMinMatched * double(pixels))
+    if (!m.settings.paper) {
+      if (!m.sgm && !report.flaw) look_at_pair(disparity);
+      if (!report.flaw && std::max(overlap, report.matched) < kMinMatched * double(pixels))
         report.flaw = PairFlaw::kNoOverlap;
       if (report.flaw) {
         report.matched = 0;

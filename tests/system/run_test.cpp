@@ -189,7 +189,9 @@ TEST(Run, ALateJoinerHoldsTheSameMapAsOneThatWasThereFromTheStart) {
   const std::string said = example.output();
   const std::string label = "height at (0.75, 0.55): ";
   ASSERT_NE(said.find(label), std::string::npos) << said;
-  EXPECT_NEAR(std::stod(said.substr(said.find(label) + label.size())), 0.60, 0.01) << said;
+  std::string number = said.substr(said.find(label) + label.size());
+  if (number.starts_with("at least ")) number.erase(0, 9);
+  EXPECT_NEAR(std::stod(number), 0.60, 0.01) << said;
 }
 
 TEST(Watch, ShowsServicesAndMapAsText) {
