@@ -10,8 +10,9 @@
 namespace crane {
 namespace {
 
-/// Limits of what is believed to be noise [grey levels^2]: a camera's own, and that of bad light.
-constexpr float kNoiseMin = 3, kNoiseMax = 25, kNoiseUnknown = 4;
+/// Limits of what is believed to be noise [grey levels^2]: at least this share of the image's
+/// variance (compression leaves as much), and between these.
+constexpr float kNoiseShare = 0.01F, kNoiseMin = 0.5F, kNoiseUsual = 3, kNoiseMax = 25;
 constexpr std::size_t kEnough = 50;  ///< residuals to know the noise from
 /// Two rows whose brightness along the row differs by as much are not joined [grey levels].
 constexpr std::uint8_t kEdge = 6;
@@ -163,6 +164,19 @@ EvidenceReport apply(const std::uint8_t* bits, int width, int height, int from, 
   return {count[Verdicts::kUnexplained], count[Verdicts::kBorrowed], count[Verdicts::kWeak]};
 }
 
+/// Of the brightness of every eighth pixel of every eighth row.
+float variance_of(const GreyView& image) {
+  double sum = 0, squares = 0;
+  int count = 0;
+  for (int y = 0; y < image.height; y += 8)
+    for (int x = 0; x < image.width; x += 8, ++count) {
+      const double p = image.pixels[y * image.stride + x];
+      sum += p;
+      squares += p * p;
+    }
+  return static_cast<float>((squares - sum * sum / count) / count);
+}
+
 }  // namespace
 
 float Evidence::noise_of(const GreyView& left, const GreyView& right,
@@ -173,10 +187,11 @@ float Evidence::noise_of(const GreyView& left, const GreyView& right,
     for (int x = kColumns; x + kColumns < left.width; x += kColumns)
       if (const float r = row_residual(row_of(left, right, disparity.data(), y), x); r >= 0)
         residuals_.push_back(r);
-  if (residuals_.size() < kEnough) return kNoiseUnknown;
+  const float least = std::clamp(kNoiseShare * variance_of(left), kNoiseMin, kNoiseUsual);
+  if (residuals_.size() < kEnough) return least;
   const auto middle = residuals_.begin() + static_cast<std::ptrdiff_t>(residuals_.size() / 2);
   std::nth_element(residuals_.begin(), middle, residuals_.end());
-  return std::clamp(*middle / 2, kNoiseMin, kNoiseMax);
+  return std::clamp(*middle / 2, least, kNoiseMax);
 }
 
 EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right,
