@@ -20,7 +20,7 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
       heights.push_back(cell.height_m);
       if (!cell.lower_bound) ends.push_back(cell.height_m);
     }
-    if (4 * ends.size() >= heights.size()) heights = std::move(ends);
+    if (10 * ends.size() >= heights.size()) heights = std::move(ends);
     h.columns = heights.size();
     if (!heights.empty()) {
       const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);

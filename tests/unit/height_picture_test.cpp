@@ -75,7 +75,7 @@ TEST(ObstacleHeights, AreNotMadeOfLowerBoundsWhereAnythingElseIsKnown) {
   }
   EXPECT_NEAR(measure(g, {box})[0].measured_m, 0.5, 1e-9);
   for (std::size_t i = 0; i < g.cells.size(); ++i) g.cells[i].lower_bound = g.x_m(i) < 3;
-  EXPECT_EQ(measure(g, {box})[0].columns, 0U) << "nothing there was measured";
+  EXPECT_GT(measure(g, {box})[0].columns, 0U) << "where nothing else is, what was seen has to do";
   for (client::Height& c : g.cells) c.lower_bound = true;  // a map that knows no free space
   EXPECT_GT(measure(g, {box})[0].columns, 0U);
 }
