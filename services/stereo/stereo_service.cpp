@@ -151,9 +151,8 @@ class Service {
   /// Health of the pair. A pair that tells nothing still makes a cloud, without a single match: the
   /// mapper accounts for its frame and leaves the map as it is.
   void note(const StereoReport& report) {
-    constexpr double kRowErrorLimit = 0.7;  // [px]; matches get fewer and wrong beyond it
     if (report.flaw) return refuse(cause_of(*report.flaw), advice(*report.flaw));
-    if (report.row_error_px && std::abs(*report.row_error_px) > kRowErrorLimit) {
+    if (report.row_error_px && std::abs(*report.row_error_px) > kRowErrorLimit_px) {
       char text[160];
       std::snprintf(text, sizeof text,
                     "rows of the rectified images are %.1f px apart: calibrate the cameras again",

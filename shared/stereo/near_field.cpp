@@ -13,6 +13,8 @@ namespace {
 constexpr int kShrink = 4;
 /// Of the 3 x 3 around a near pixel so many must lie on its surface, itself included.
 constexpr int kMinSupport = 5;
+/// A small pixel with so many proven of its 16 full ones shows what those do.
+constexpr int kProven = 8;
 
 }  // namespace
 
@@ -48,6 +50,20 @@ struct NearField::Impl {
           for (int dx = -1; dx <= 1; ++dx)
             support += std::abs(d[dy * size.width + dx] - *d) <= kDisparityScale ? 1 : 0;
         if (support >= kMinSupport) near[std::size_t(at)] = 1;
+      }
+  }
+
+  /// What the full images have proven is not near.
+  void leave_proven(std::span<const std::int16_t> full_disparity) {
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) {
+        std::uint8_t& mark = near[std::size_t(y) * std::size_t(size.width) + std::size_t(x)];
+        if (mark == 0) continue;
+        int proven = 0;
+        for (int v = y * kShrink; v < (y + 1) * kShrink; ++v)
+          for (int u = x * kShrink; u < (x + 1) * kShrink; ++u)
+            proven += full_disparity[std::size_t(v) * std::size_t(full.width) + std::size_t(u)] > 0;
+        if (proven >= kProven) mark = 0;
       }
   }
 
@@ -96,16 +112,7 @@ NearFieldReport NearField::apply(const GreyView& left, const GreyView& right,
       kPixels * m.matcher.match(small_left, small_right, m.disparity, m.confidence).at_near_end;
   (void)m.evidence.keep_proven(small_left, small_right, m.disparity, m.confidence);
   m.find();
-  for (int y = 0; y < m.size.height; ++y)
-    for (int x = 0; x < m.size.width; ++x) {
-      std::uint8_t& near = m.near[std::size_t(y) * std::size_t(m.size.width) + std::size_t(x)];
-      if (near == 0) continue;
-      int proven = 0;
-      for (int v = y * kShrink; v < (y + 1) * kShrink; ++v)
-        for (int u = x * kShrink; u < (x + 1) * kShrink; ++u)
-          proven += disparity[std::size_t(v) * std::size_t(m.full.width) + std::size_t(u)] > 0;
-      if (proven >= 8) near = 0;
-    }
+  m.leave_proven(disparity);
   for (int y = 0; y < m.size.height; ++y)
     for (int x = 0; x < m.size.width; ++x) {
       if (!m.beside(x, y)) continue;

@@ -41,32 +41,6 @@ Look look_at(const GreyView& image) {
 
 }  // namespace
 
-const char* cause(PairFlaw flaw) {
-  switch (flaw) {
-    case PairFlaw::kLeftBlack:
-      return "left image black";
-    case PairFlaw::kRightBlack:
-      return "right image black";
-    case PairFlaw::kLeftSaturated:
-      return "left image saturated";
-    case PairFlaw::kRightSaturated:
-      return "right image saturated";
-    case PairFlaw::kLeftFrozen:
-      return "left image frozen";
-    case PairFlaw::kRightFrozen:
-      return "right image frozen";
-    case PairFlaw::kNoOverlap:
-      return "hardly a pixel matches";
-    case PairFlaw::kTooDark:
-      return "too dark";
-    case PairFlaw::kNoContrast:
-      return "without contrast";
-    case PairFlaw::kTooNoisy:
-      return "too noisy";
-  }
-  return "";
-}
-
 const char* advice(PairFlaw flaw) {
   switch (flaw) {
     case PairFlaw::kLeftBlack:

@@ -22,9 +22,11 @@ enum class PairFlaw : std::uint8_t {
   kTooNoisy,
 };
 
-/// In a few words for counters, and in a sentence with what to do.
-const char* cause(PairFlaw flaw);
+/// In a sentence, with what to do.
 const char* advice(PairFlaw flaw);
+
+/// Rows of the rectified images farther apart than this [px] match less, and wrong.
+inline constexpr double kRowErrorLimit_px = 0.7;
 
 /// Looks at rectified pairs before they are matched. One thread.
 class PairCheck {

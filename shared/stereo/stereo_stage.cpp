@@ -25,7 +25,6 @@ constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
-constexpr double kRowsApart = 0.7;        ///< [px]; as cranemap-stereo warns from
 constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Mat intrinsics(const CameraModel& c) {
@@ -231,7 +230,7 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
         std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
     const auto look_at_pair = [&](std::span<const std::int16_t> found) {
       report.row_error_px = row_error_px(view(m.left), view(m.right), found);
-      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowsApart;
+      const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowErrorLimit_px;
       if (rows_fit)  // else that is the reason, and is said
         report.flaw = flaw_of(look_at_contrast(view(m.left), view(m.right), found, first_valid));
     };

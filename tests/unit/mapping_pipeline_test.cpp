@@ -58,6 +58,15 @@ class MappingPipelineTest : public ::testing::Test {
     c.confidence.assign(160 * 90, 255);
     return c;
   }
+  void save_one_frame(const std::string& state) {
+    positions(kT0, kT0 + 2 * kNsPerSecond);
+    builder_.add_cloud(cloud(0, kT0 + kNsPerSecond), kT0 + kNsPerSecond);
+    ASSERT_TRUE(builder_.step(kT0 + kNsPerSecond));
+    MapStore store(state);
+    store.note_changes(builder_);
+    ASSERT_TRUE(store.save(builder_, {true, 1, builder_.account()}));
+    ASSERT_TRUE(store.finish());
+  }
   void positions(TimeNs from, TimeNs to, TimeNs step = 50 * kMs) {
     for (TimeNs t = from; t <= to; t += step) {
       builder_.add_position(Axis::kCart, 9, t, 1.0);
@@ -446,13 +455,7 @@ TEST_F(MappingPipelineTest, AStandbyThatAdoptsWhatWasPublishedHasTheSameClassesH
 
 TEST_F(MappingPipelineTest, APartOfASavedMapIsNotTakenForTheMap) {
   const test::TempFolder folder;
-  positions(kT0, kT0 + 2 * kNsPerSecond);
-  builder_.add_cloud(cloud(0, kT0 + kNsPerSecond), kT0 + kNsPerSecond);
-  ASSERT_TRUE(builder_.step(kT0 + kNsPerSecond));
-  MapStore store(folder / "state");
-  store.note_changes(builder_);
-  ASSERT_TRUE(store.save(builder_, {true, 1, builder_.account()}));
-  ASSERT_TRUE(store.finish());
+  ASSERT_NO_FATAL_FAILURE(save_one_frame(folder / "state"));
   std::filesystem::path tile;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "state"))
     if (entry.path().extension() == ".tile") tile = entry.path();
@@ -474,13 +477,7 @@ TEST_F(MappingPipelineTest, APartOfASavedMapIsNotTakenForTheMap) {
 
 TEST_F(MappingPipelineTest, TilesThatAnEndedMapLeftBehindAreNoneOfTheNext) {
   const test::TempFolder folder;
-  positions(kT0, kT0 + 2 * kNsPerSecond);
-  builder_.add_cloud(cloud(0, kT0 + kNsPerSecond), kT0 + kNsPerSecond);
-  ASSERT_TRUE(builder_.step(kT0 + kNsPerSecond));
-  MapStore store(folder / "state");
-  store.note_changes(builder_);
-  ASSERT_TRUE(store.save(builder_, {true, 1, builder_.account()}));
-  ASSERT_TRUE(store.finish());
+  ASSERT_NO_FATAL_FAILURE(save_one_frame(folder / "state"));
   std::filesystem::remove(folder / "state/account.yaml");  // killed while it was ended
   MappingPipeline fresh(config(), rig_);
   MapStore next(folder / "state");
