@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 
 #include "base/expects.hpp"
 #include "base/two_threads.hpp"
@@ -30,12 +31,34 @@ EvidenceRow row_of(const GreyView& left, const GreyView& right, const std::int16
           disparity + std::ptrdiff_t(y) * left.width, left.width};
 }
 
+/// Pixels of a row that are passed over at once where nothing is to be done; `same` for each of a
+/// word's bytes.
+constexpr int kWord = 8;
+constexpr std::uint64_t same(std::uint8_t byte) {
+  return 0x0101010101010101ULL * byte;
+}
+std::uint64_t word_at(const std::uint8_t* bytes) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, bytes, sizeof word);
+  return word;
+}
+
+bool all_matched(const std::int16_t* disparity) {
+  bool all = true;
+  for (int i = 0; i < kWord; ++i) all &= disparity[i] > 0;
+  return all;
+}
+
 /// Short gaps along a row between matches of one surface take its disparity: whether it is theirs
 /// is asked after that.
 void fill_gaps(std::int16_t* disparity, std::uint8_t* confidence, int width) {
   int last = -1;  // match before the gap
   for (int x = 0; x < width; ++x) {
-    if (disparity[x] <= 0) continue;
+    while (last + 1 == x && x + kWord <= width && all_matched(disparity + x)) {
+      x += kWord;
+      last = x - 1;
+    }
+    if (x >= width || disparity[x] <= 0) continue;
     const int gap = x - last - 1;
     if (last >= 0 && gap > 0 && gap <= kGap &&
         std::abs(disparity[x] - disparity[last]) <= kDisparityScale)
@@ -55,7 +78,12 @@ void join_along(const std::int16_t* disparity, std::uint8_t* bits, int width) {
   constexpr std::uint8_t kEnd = kRowDistinct | kRowExplained;
   int last = -1;  // pixel with texture before the stretch
   for (int x = 0; x < width; x += 2) {
-    if ((bits[x] & kRowTextured) == 0) continue;
+    while (x + kWord <= width && last + 2 >= x &&
+           (word_at(bits + x) & same(kRowTextured)) == same(kRowTextured)) {
+      x += kWord;
+      last = x - 2;
+    }
+    if (x >= width || (bits[x] & kRowTextured) == 0) continue;
     const int length = x - last;
     if (last >= 0 && length > 2 && length <= kStretch && (bits[x] & kEnd) == kEnd &&
         (bits[last] & kEnd) == kEnd && disparity[x] > 0 && disparity[last] > 0 &&
@@ -63,6 +91,12 @@ void join_along(const std::int16_t* disparity, std::uint8_t* bits, int width) {
       for (int i = last + 2; i < x; ++i) bits[i] |= kJoinsAlong;
     last = x;
   }
+}
+
+void mark_matched(const std::int16_t* __restrict disparity, std::uint8_t* __restrict bits,
+                  int width) {
+  for (int x = 0; x < width; ++x)
+    bits[x] = static_cast<std::uint8_t>(bits[x] | (disparity[x] > 0 ? kMatched : 0));
 }
 
 std::uint8_t apart(std::uint8_t a, std::uint8_t b) {
@@ -119,6 +153,13 @@ bool is_dropped(std::uint8_t bits) {
   return kVerdicts.of[bits] >= Verdicts::kUnexplained;
 }
 
+/// Whether all of a word's pixels are proven or have no match.
+bool all_as_they_are(std::uint64_t bits) {
+  const std::uint64_t joined = bits / kJoinsAbove | bits / kJoinsBelow | bits / kJoinsAlong;
+  const std::uint64_t proven = joined & (bits / kRowExplained);
+  return ((proven | ~(bits / kMatched)) & same(1)) == same(1);
+}
+
 /// End of the run of matches from x on that are taken back.
 int end_of_run(const std::uint8_t* bits, const std::int16_t* disparity, int x, int width) {
   while (x < width && disparity[x] > 0 && is_dropped(bits[x])) ++x;
@@ -142,9 +183,10 @@ EvidenceReport apply(const std::uint8_t* bits, int width, int height, int from, 
     std::int16_t* d = disparity + std::ptrdiff_t(y) * width;
     std::uint8_t* c = confidence + std::ptrdiff_t(y) * width;
     for (int x = 0; x < width; ++x) {
-      if (d[x] <= 0) continue;
+      while (x + kWord <= width && all_as_they_are(word_at(row + x))) x += kWord;
+      if (x >= width || d[x] <= 0) continue;
       const auto verdict = kVerdicts.of[row[x]];
-      if (verdict == Verdicts::kProven) continue;  // nearly all of them
+      if (verdict == Verdicts::kProven) continue;
       if (verdict == Verdicts::kWeak) {
         d[x] = static_cast<std::int16_t>(-d[x]);
         ++count[Verdicts::kWeak];
@@ -216,8 +258,7 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
       look_along_row(row_of(left, right, disparity.data(), y), limits, scratch, mean_.data() + at,
                      bits_.data() + at);
       join_along(disparity.data() + at, bits_.data() + at, width);
-      for (std::size_t i = std::size_t(at); i < std::size_t(at + width); ++i)
-        bits_[i] |= disparity[i] > 0 ? kMatched : std::uint8_t{0};
+      mark_matched(disparity.data() + at, bits_.data() + at, width);
     }
     meeting.meet();  // the other rows
     join(mean_.data(), bits_.data(), width, height, 1, kJoinsAbove, x0, x1);

@@ -31,37 +31,59 @@ struct Pixels {
   Floats part[kParts];
 };
 
-/// Some pixels from x on. `left`: the row with margins.
-HWY_INLINE Pixels look(const EvidenceRow& in, const std::uint8_t* left, int x) {
-  const F32 d;
+/// The right image at x - disparity, times kUnit, between two of its pixels.
+struct Moved {
+  Ints brightness;
+  hn::Mask<I32> inside;  ///< matched, and within the row
+};
+
+/// Of some pixels from x on.
+HWY_INLINE Moved move(const EvidenceRow& in, int x) {
   const I32 di;
-  const hn::Rebind<std::int16_t, F32> d16;
-  const hn::Rebind<std::uint8_t, F32> d8;
+  const hn::Rebind<std::int16_t, I32> d16;
+  const hn::Rebind<std::uint8_t, I32> d8;
+  const int lanes = static_cast<int>(hn::Lanes(di));
   const Ints zero = hn::Zero(di);
   const Ints disparity = hn::PromoteTo(di, hn::LoadU(d16, in.disparity + x));
   const Ints part = hn::And(disparity, hn::Set(di, kUnit - 1));
   const Ints whole = hn::ShiftRight<5>(hn::Add(disparity, hn::Set(di, kUnit - 1)));
+  const auto matched = hn::Gt(disparity, zero);
+  const Ints weight = hn::IfThenElse(hn::Eq(part, zero), hn::Set(di, kUnit), part);
+  const auto between = [&](Ints low, Ints high) {
+    return hn::Add(hn::Mul(low, weight), hn::Mul(high, hn::Sub(hn::Set(di, kUnit), weight)));
+  };
+  // Most neighbours lie on one surface: their bytes lie side by side.
+  const int first = x - hn::GetLane(whole);
+  if (first >= 0 && first + lanes < in.width &&
+      hn::AllTrue(di, hn::Eq(whole, hn::Set(di, hn::GetLane(whole)))))
+    return {between(hn::PromoteTo(di, hn::LoadU(d8, in.right + first)),
+                    hn::PromoteTo(di, hn::LoadU(d8, in.right + first + 1))),
+            matched};
   const Ints at = hn::Sub(hn::Iota(di, x), whole);
-  const auto matched =
-      hn::And(hn::Gt(disparity, zero),
-              hn::And(hn::Gt(at, hn::Set(di, -1)), hn::Lt(at, hn::Set(di, in.width - 1))));
-  // Of the moved right image four bytes at once: the two beside the point are among them.
+  const auto inside =
+      hn::And(matched, hn::And(hn::Gt(at, hn::Set(di, -1)), hn::Lt(at, hn::Set(di, in.width - 1))));
+  // Four bytes at once: the two beside the point are among them.
   const Ints from = hn::Min(hn::Max(at, zero), hn::Set(di, in.width - 4));
   const Ints four = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(in.right), from);
   const Ints skip = hn::Min(hn::Max(hn::Sub(at, from), zero), hn::Set(di, 2));
   const Ints two = hn::Shr(four, hn::ShiftLeft<3>(skip));
   const Ints byte = hn::Set(di, 255);
-  const Ints weight = hn::IfThenElse(hn::Eq(part, zero), hn::Set(di, kUnit), part);
-  const Ints there =
-      hn::Add(hn::Mul(hn::And(two, byte), weight),
-              hn::Mul(hn::And(hn::ShiftRight<8>(two), byte), hn::Sub(hn::Set(di, kUnit), weight)));
+  return {between(hn::And(two, byte), hn::And(hn::ShiftRight<8>(two), byte)), inside};
+}
+
+/// Some pixels from x on. `left`: the row with margins.
+HWY_INLINE Pixels look(const EvidenceRow& in, const std::uint8_t* left, int x) {
+  const F32 d;
+  const I32 di;
+  const hn::Rebind<std::uint8_t, F32> d8;
+  const Moved right = move(in, x);
   const Ints here = hn::PromoteTo(di, hn::LoadU(d8, left + x));
   const Ints step = hn::Sub(hn::PromoteTo(di, hn::LoadU(d8, left + x + 1)),
                             hn::PromoteTo(di, hn::LoadU(d8, left + x - 1)));
-  const auto valid = hn::RebindMask(d, matched);
+  const auto valid = hn::RebindMask(d, right.inside);
   const Floats difference = hn::IfThenElseZero(
-      valid,
-      hn::Mul(hn::ConvertTo(d, hn::Sub(hn::ShiftLeft<5>(here), there)), hn::Set(d, 1.0F / kUnit)));
+      valid, hn::Mul(hn::ConvertTo(d, hn::Sub(hn::ShiftLeft<5>(here), right.brightness)),
+                     hn::Set(d, 1.0F / kUnit)));
   return {{hn::IfThenElseZero(valid, hn::Set(d, 1.0F)), difference, hn::Mul(difference, difference),
            hn::ConvertTo(d, hn::Mul(step, step)), hn::ConvertTo(d, here)}};
 }
