@@ -28,6 +28,18 @@ class Meeting {
     changed_.wait(lock, [&] { return round_ != round || failed_; });
     if (round_ == round) throw Abandoned();
   }
+  /// Does not wait: what the other may need is there, once and for all.
+  void announce() {
+    const std::lock_guard lock(mutex_);
+    announced_ = true;
+    changed_.notify_one();
+  }
+  /// Waits for the other's announcement. Throws Abandoned when it has failed before that.
+  void await() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return announced_ || failed_; });
+    if (!announced_) throw Abandoned();
+  }
   void abandon() {
     const std::lock_guard lock(mutex_);
     failed_ = true;
@@ -38,7 +50,7 @@ class Meeting {
   std::mutex mutex_;
   std::condition_variable changed_;
   unsigned round_ = 0;
-  bool waiting_ = false, failed_ = false;
+  bool waiting_ = false, announced_ = false, failed_ = false;
 };
 
 /// Runs `here` on this thread and `there` on another; each gets the Meeting. What either throws is

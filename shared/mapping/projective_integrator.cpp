@@ -37,14 +37,14 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
         if (settings_.as_octomap) certain.sigma_disparity_px = 0;
         free_.build(certain, free_cell_px(voxel_px));
         frustum = aim(frame, map);
-        meeting.meet();
+        meeting.announce();
         freed += carve(frustum, next, map);
       },
       [&](Meeting& meeting) {
         hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
                                {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
                                report.surfaces);
-        meeting.meet();
+        meeting.await();
         freed += carve(frustum, next, map);
       });
   report.freed = freed;

@@ -113,6 +113,25 @@ TEST(OnTwoThreads, BothMeetAsOftenAsTheyLikeAndSeeWhatTheOtherDid) {
   }
 }
 
+TEST(OnTwoThreads, OneAnnouncesWithoutWaitingAndTheOtherAwaitsIt) {
+  for (int trial = 0; trial < 200; ++trial) {
+    int made = 0, seen = 0;
+    const auto makes = [&](Meeting& meeting) {
+      made = 1;
+      meeting.announce();
+    };
+    const auto sees = [&](Meeting& meeting) {
+      meeting.await();
+      seen = made;
+    };
+    if (trial % 2 == 0)
+      on_two_threads(makes, sees);
+    else
+      on_two_threads(sees, makes);
+    ASSERT_EQ(seen, 1);
+  }
+}
+
 TEST(OnTwoThreads, WhatEitherThrowsArrivesAndNobodyWaitsForOneThatFailed) {
   const auto fails = [](Meeting&) { throw std::runtime_error("no memory"); };
   const auto waits = [](Meeting& meeting) {
@@ -122,6 +141,9 @@ TEST(OnTwoThreads, WhatEitherThrowsArrivesAndNobodyWaitsForOneThatFailed) {
     EXPECT_THROW(on_two_threads(fails, waits), std::runtime_error);
     EXPECT_THROW(on_two_threads(waits, fails), std::runtime_error);
     EXPECT_THROW(on_two_threads(fails, fails), std::runtime_error);
+    const auto awaits = [](Meeting& meeting) { meeting.await(); };
+    EXPECT_THROW(on_two_threads(fails, awaits), std::runtime_error);
+    EXPECT_THROW(on_two_threads(awaits, fails), std::runtime_error);
   }
 }
 
