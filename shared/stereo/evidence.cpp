@@ -251,7 +251,7 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
   const auto work = [&](int half, Meeting& meeting) {
     const int y0 = half == 0 ? 0 : height / 2, y1 = half == 0 ? height / 2 : height;
     const int x0 = half == 0 ? 0 : width / 2, x1 = half == 0 ? width / 2 : width;
-    EvidenceScratch scratch{floats_[half].data(), bytes_[half].data()};
+    EvidenceScratch scratch{sums_[half].data(), bytes_[half].data()};
     for (int y = y0; y < y1; ++y) {
       const std::ptrdiff_t at = std::ptrdiff_t(y) * width;
       fill_gaps(disparity.data() + at, confidence.data() + at, width);
@@ -266,7 +266,7 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
     meeting.meet();  // the other columns
     reports[half] = apply(bits_.data(), width, height, y0, y1, disparity.data(), confidence.data());
   };
-  for (auto& floats : floats_) floats.resize(evidence_floats(width));
+  for (auto& sums : sums_) sums.resize(evidence_sums(width));
   for (auto& bytes : bytes_) bytes.resize(evidence_bytes(width));
   on_two_threads([&](Meeting& meeting) { work(0, meeting); },
                  [&](Meeting& meeting) { work(1, meeting); });

@@ -32,7 +32,8 @@ class Evidence {
 
  private:
   std::vector<std::uint8_t> mean_, bits_, bytes_[2];
-  std::vector<float> floats_[2], residuals_;
+  std::vector<std::int32_t> sums_[2];
+  std::vector<float> residuals_;
 
   /// Variance of a pixel's brightness, from matches all over the image: most are right.
   float noise_of(const GreyView& left, const GreyView& right,

@@ -31,10 +31,10 @@ inline constexpr std::uint8_t kRowTextured = 1, kRowExplained = 2, kRowLikely = 
 
 /// Memory that a row needs.
 struct EvidenceScratch {
-  float* floats = nullptr;        ///< evidence_floats(width)
+  std::int32_t* sums = nullptr;   ///< evidence_sums(width)
   std::uint8_t* bytes = nullptr;  ///< evidence_bytes(width)
 };
-constexpr std::size_t evidence_floats(int width) {
+constexpr std::size_t evidence_sums(int width) {
   return 5 * (static_cast<std::size_t>(width) / 2 + 64);
 }
 constexpr std::size_t evidence_bytes(int width) {

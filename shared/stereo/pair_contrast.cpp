@@ -8,7 +8,7 @@
 namespace crane {
 namespace {
 
-constexpr int kHalf = 4, kGrid = 28;  ///< [px]
+constexpr int kHalf = 4, kGrid = 36;  ///< [px]
 constexpr int kPixels = (2 * kHalf + 1) * (2 * kHalf + 1);
 constexpr int kBeside = 4;  ///< [px] from the disparity found to those it is compared with
 /// Variance [grey^2] that rounding to whole levels and a little noise make of nothing.
