@@ -40,10 +40,11 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
+    {"shared/motion", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/mapping", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
     {"shared/mapping_pipeline",
-     {{"base", "geometry", "config", "cloud", "mapping", "map_codec"}, {"eigen"}}},
+     {{"base", "geometry", "config", "cloud", "motion", "mapping", "map_codec"}, {"eigen"}}},
     {"shared/dds", {{"base", "geometry"}, {"fastdds", "fastrtps", "openssl"}}},
     {"shared/service", {{"base", "config", "dds", "client"}, {"cli", "http", "systemd"}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
@@ -51,8 +52,8 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "mapping", "map_codec",
-       "mapping_pipeline", "dds", "service", "client", "evaluation"},
+     {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "motion", "mapping",
+       "map_codec", "mapping_pipeline", "dds", "service", "client", "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

@@ -1,0 +1,199 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "motion/align.hpp"
+#include "motion/key_frames.hpp"
+
+namespace crane {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr double kFocal = 260, kHeightM = 9, kBoxM = 1.5;
+
+/// Without a period anywhere: waves of many directions.
+double texture(double x, double y) {
+  double sum = 0;
+  for (int i = 1; i <= 14; ++i) {
+    const double angle = 2.399963 * i, k = 4 + 1.37 * i;
+    sum += std::sin(k * (std::cos(angle) * x + std::sin(angle) * y) + 1.7 * i * i);
+  }
+  return 120 + 9 * sum;
+}
+
+double checker(double x, double y) {
+  const auto odd = [](double v) { return (int(std::floor(v)) & 1) != 0; };
+  return odd(x / 0.5) != odd(y / 0.5) ? 150 : 90;
+}
+
+using Floor = std::function<double(double x, double y)>;
+
+struct View {
+  std::vector<std::uint8_t> bgr;
+  std::vector<float> depth;
+  std::vector<std::uint8_t> confidence;
+  DepthFrame frame;
+  PlacedImage image;
+
+  void fix() {
+    frame.depth_m = depth.data();
+    frame.confidence = confidence.data();
+    frame.colour = bgr.data();
+  }
+};
+
+/// A floor 9 m below with a box of 1.5 m on it, x in [-1, 1], y in [-0.8, 0.7], from (x, y).
+View view_from(double x, double y, const Floor& floor, unsigned seed, double shift_m = 0) {
+  View v;
+  v.bgr.resize(3 * kWidth * kHeight);
+  v.depth.resize(kWidth * kHeight);
+  v.confidence.assign(kWidth * kHeight, 255);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 1.5);
+  constexpr int kSamples = 3;
+  for (int row = 0; row < kHeight; ++row)
+    for (int column = 0; column < kWidth; ++column) {
+      double sum = 0;
+      for (int s = 0; s < kSamples * kSamples; ++s) {
+        const double u = column + (s % kSamples - 1) / double(kSamples);
+        const double w = row + (s / kSamples - 1) / double(kSamples);
+        const double rx = (u - 159.5) / kFocal, ry = -(w - 119.5) / kFocal;
+        double z = kHeightM - kBoxM;
+        double px = x + rx * z, py = y + ry * z;
+        const bool box = px > -1 && px < 1 && py > -0.8 && py < 0.7;
+        if (!box) z = kHeightM, px = x + rx * z, py = y + ry * z;
+        sum += box ? texture(px + 31 + shift_m, py - 17) : floor(px, py);
+        if (s == kSamples * kSamples / 2) v.depth[std::size_t(row * kWidth + column)] = float(z);
+      }
+      const double grey = sum / (kSamples * kSamples) + noise(random);
+      for (int c = 0; c < 3; ++c)
+        v.bgr[std::size_t(3 * (row * kWidth + column) + c)] =
+            std::uint8_t(std::clamp(grey, 0.0, 255.0));
+    }
+  v.frame.width = kWidth;
+  v.frame.height = kHeight;
+  v.frame.f_px = kFocal;
+  v.frame.cx_px = 159.5;
+  v.frame.cy_px = 119.5;
+  v.frame.baseline_m = 0.5;
+  v.frame.sigma_disparity_px = 0.05;
+  v.frame.T_map_rectified.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  v.frame.T_map_rectified.translation() = Eigen::Vector3d(x, y, kHeightM);
+  v.fix();
+  v.image = placed_image(v.frame, 0);
+  return v;
+}
+
+/// Says that the view was taken somewhere else.
+void misplace(View& v, double x, double y) {
+  v.frame.T_map_rectified.translation() += Eigen::Vector3d(x, y, 0);
+  v.image.T_map_rectified = v.frame.T_map_rectified;
+}
+
+TEST(Align, FindsHowTwoFramesReallyLieToAFractionOfAPixel) {
+  const View other = view_from(0, 0, texture, 1);
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.6, 0), Eigen::Vector2d(0.1, -0.5)}) {
+    View v = view_from(at.x(), at.y(), texture, 2);
+    misplace(v, 0.04, -0.03);  // a pixel is 35 mm
+    v.fix();
+    const auto found = align(v.frame, v.image, other.image);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->displacement_m.x(), at.x(), 0.002);
+    EXPECT_NEAR(found->displacement_m.y(), at.y(), 0.002);
+    EXPECT_NEAR(found->correction_m.x(), -0.04, 0.002);
+    EXPECT_NEAR(found->correction_m.y(), 0.03, 0.002);
+    EXPECT_GT(found->support, 0.7);
+    EXPECT_LT(found->sigma_m, 0.01);
+    const Eigen::Vector2d error = found->displacement_m - at;
+    EXPECT_LT(error.dot(found->covariance_m2.inverse() * error), 16) << "4 sigma";
+  }
+}
+
+TEST(Align, FarOffNeedsTheSearch) {
+  const View other = view_from(0, 0, texture, 1);
+  View v = view_from(0.5, 0.2, texture, 2);
+  misplace(v, 0.9, -0.5);  // 26 and 14 px
+  v.fix();
+  const auto found = align(v.frame, v.image, other.image, {1.2});
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->ambiguous);
+  EXPECT_NEAR(found->displacement_m.x(), 0.5, 0.002);
+  EXPECT_NEAR(found->displacement_m.y(), 0.2, 0.002);
+}
+
+TEST(Align, WhatMovedByItselfDoesNotTell) {
+  const View other = view_from(0, 0, texture, 1);
+  const View v = view_from(0.4, 0, texture, 2, 0.05);  // the box went 5 cm
+  const auto found = align(v.frame, v.image, other.image);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->correction_m.norm(), 0, 0.004);
+}
+
+TEST(Align, SaysThatAPatternFitsElsewhere) {
+  const View other = view_from(-3, 0, checker, 1);  // hardly a box
+  const View v = view_from(-3.2, 0, checker, 2);
+  const auto found = align(v.frame, v.image, other.image, {1.2});
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->ambiguous);
+}
+
+TEST(Align, WithoutTextureOrWithoutDepthThereIsNothingToTell) {
+  const View textured = view_from(0, 0, texture, 1);
+  View bare = view_from(
+      0.2, 0, [](double, double) { return 120; }, 2);
+  std::fill(bare.bgr.begin(), bare.bgr.end(), std::uint8_t{120});
+  bare.image = placed_image(bare.frame, 0);
+  EXPECT_FALSE(align(bare.frame, bare.image, textured.image));
+  View blind = view_from(0.2, 0, texture, 2);
+  std::fill(blind.depth.begin(), blind.depth.end(), 0.0F);
+  EXPECT_FALSE(align(blind.frame, blind.image, textured.image));
+  View unrelated = view_from(
+      0.2, 0, [](double x, double y) { return texture(y + 50, 7 - x); }, 2);
+  EXPECT_FALSE(align(unrelated.frame, unrelated.image, textured.image));
+}
+
+PlacedImage taken_at(double x, double seconds) {
+  PlacedImage image;
+  image.full = {4, 2, std::vector<std::uint8_t>(8)};
+  image.half = {2, 1, std::vector<std::uint8_t>(2)};
+  image.f_px = 100;
+  image.T_map_rectified.translation().x() = x;
+  image.exposure = TimeNs(seconds * 1e9) + 1;
+  return image;
+}
+
+TEST(KeyFrames, AreSpreadOverTheWayAndBounded) {
+  KeyFrames frames({4, 0.3, 60 * kNsPerSecond});
+  for (int i = 0; i < 100; ++i) frames.add(taken_at(0.05 * i, 0.1 * i));
+  ASSERT_EQ(frames.all().size(), 4U);
+  for (std::size_t i = 0; i + 1 < 4; ++i)
+    EXPECT_GE(frames.all()[i]->T_map_rectified.translation().x(),
+              frames.all()[i + 1]->T_map_rectified.translation().x() + 0.29);
+  EXPECT_LT(frames.memory_bytes(), 4 * (sizeof(PlacedImage) + 64));
+}
+
+TEST(KeyFrames, StandingStillKeepsWhatThereIs) {
+  KeyFrames frames({4, 0.3, 60 * kNsPerSecond});
+  for (int i = 0; i < 4; ++i) frames.add(taken_at(i, i));
+  for (int i = 0; i < 300; ++i) frames.add(taken_at(3.01, 4 + 0.1 * i));
+  EXPECT_EQ(frames.all().size(), 4U);
+  frames.add(taken_at(3, 100));
+  EXPECT_EQ(frames.all().size(), 1U) << "the others are too old";
+}
+
+TEST(KeyFrames, AnEarlierTimeOrAnotherCameraBeginsAnew) {
+  KeyFrames frames({4, 0.3, 60 * kNsPerSecond});
+  frames.add(taken_at(0, 10));
+  frames.add(taken_at(1, 11));
+  frames.add(taken_at(2, 1));
+  EXPECT_EQ(frames.all().size(), 1U);
+  PlacedImage turned = taken_at(3, 2);
+  turned.T_map_rectified.linear() = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()).matrix();
+  frames.add(turned);
+  EXPECT_EQ(frames.all().size(), 1U);
+}
+
+}  // namespace
+}  // namespace crane
