@@ -3,6 +3,7 @@
 
 #include "base/log.hpp"
 #include "commands.hpp"
+#include "dds/participant.hpp"
 #include "output.hpp"
 #include "service/decimal_options.hpp"
 #include "service/run_service.hpp"
@@ -10,6 +11,7 @@
 int main(int argc, char** argv) {
   crane::set_log_name("cranemap");
   crane::handle_signals();
+  crane::dds::own_process();
   CLI::App app(
       "Live 3-D maps of a workshop, from a crane's stereo camera and rangefinders.\n"
       "Start with: cranemap demo",

@@ -221,7 +221,8 @@ class Service {
   /// Holds the map of the mapper that serves until that is silent, and succeeds to it. False when
   /// the service is to stop.
   Result<bool> stand_by(MapperInputs& inputs, ZoneBook& zones, MapStore& store) {
-    auto standby = Standby::create(context_.participant, &wakeup_);
+    auto standby = Standby::create(context_.participant, &wakeup_,
+                                   std::size_t(context_.config.mapper.max_memory_mib) << 20U);
     if (!standby) return standby.error();
     log_info("standing by: another mapper serves crane " + std::to_string(crane()));
     auto needed = standby->wait(context_, inputs, pipeline_);

@@ -19,8 +19,8 @@ FrameAccount account_of(const v1::MapStatus& s) {
 }  // namespace
 
 Result<Standby> Standby::create(const std::shared_ptr<dds::Participant>& participant,
-                                Wakeup* wakeup) {
-  auto follower = client::MapFollower::create(participant, wakeup);
+                                Wakeup* wakeup, std::size_t max_bytes) {
+  auto follower = client::MapFollower::create(participant, wakeup, max_bytes);
   if (!follower) return follower.error();
   auto zones = dds::Reader<dds::ZoneSetTopic>::create(participant, wakeup);
   if (!zones) return zones.error();

@@ -17,8 +17,9 @@ class Standby {
   /// A heartbeat comes at least every 0.2 s. Subscribers wait for a second.
   static constexpr std::chrono::milliseconds kSilence{600};
 
+  /// `max_bytes`: of what it holds as it came, beside the map that is made of it.
   static Result<Standby> create(const std::shared_ptr<dds::Participant>& participant,
-                                Wakeup* wakeup);
+                                Wakeup* wakeup, std::size_t max_bytes);
 
   /// Follows, and says so, until it is time to take over (true) or to stop (false).
   /// Error: Configuration when the maps cannot be the same.

@@ -5,13 +5,26 @@
 
 namespace crane::client {
 
+namespace {
+
+int words_of(int low, int high) {
+  return ((high - low + 1) * kTileEdge + 63) / 64;
+}
+
+}  // namespace
+
+std::size_t column_bytes(int low, int high) {
+  return std::size_t(words_of(low, high)) * kTileColumns * 2 * sizeof(std::uint64_t) +
+         (kTileColumns + kGroups) * sizeof(ColumnTile::Run);
+}
+
 ColumnTile columns_of(const std::map<int, BlockClasses>& blocks) {
   ColumnTile out;
   if (blocks.empty()) return out;
   const int low = blocks.begin()->first;
   const int high = blocks.rbegin()->first;
   out.z0 = low * kTileEdge;
-  out.words = ((high - low + 1) * kTileEdge + 63) / 64;
+  out.words = words_of(low, high);
   out.free.assign(static_cast<std::size_t>(kTileColumns * out.words), 0);
   out.occupied.assign(out.free.size(), 0);
   for (const auto& [bz, classes] : blocks)

@@ -49,6 +49,10 @@ struct ColumnTile {
   }
 };
 
+/// Memory that columns_of() would take for blocks from height index `low` to `high` [bytes]: it
+/// goes by the distance between them, not by how many there are.
+std::size_t column_bytes(int low, int high);
+
 /// `blocks`: by block height index.
 ColumnTile columns_of(const std::map<int, BlockClasses>& blocks);
 

@@ -1,6 +1,7 @@
 #include "client/map_follower.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <mutex>
 #include <random>
 
@@ -17,6 +18,8 @@ constexpr auto kMayLag = 500ms;
 /// Nothing has come for so long, and still it is not complete: something was lost.
 constexpr auto kResyncAfter = 700ms;
 constexpr int kResyncsUntilAnew = 3;
+/// What could not be held is not asked for sooner.
+constexpr auto kRest = 30s;
 
 static_assert(int(Status::Hoist::kNotUsed) == v1::HOIST_NOT_USED &&
               int(Status::Hoist::kKnown) == v1::HOIST_KNOWN &&
@@ -61,17 +64,18 @@ MapFollower::MapFollower(std::shared_ptr<dds::Participant> participant,
                          dds::Reader<dds::HeightTileTopic> heights,
                          dds::Reader<dds::MapStatusTopic> statuses,
                          dds::Reader<dds::ZoneSetTopic> zones,
-                         dds::Writer<dds::TileRequestTopic> requests)
+                         dds::Writer<dds::TileRequestTopic> requests, std::size_t max_bytes)
     : participant_(std::move(participant)),
       voxel_reader_(std::move(voxels)),
       height_reader_(std::move(heights)),
       status_reader_(std::move(statuses)),
       zone_reader_(std::move(zones)),
       request_writer_(std::move(requests)),
+      held_(0, max_bytes),
       client_(random_id()) {}
 
 Result<std::unique_ptr<MapFollower>> MapFollower::create(
-    const std::shared_ptr<dds::Participant>& participant, Wakeup* wakeup) {
+    const std::shared_ptr<dds::Participant>& participant, Wakeup* wakeup, std::size_t max_bytes) {
   auto voxels = dds::Reader<dds::MapTileTopic>::create(participant, wakeup);
   if (!voxels) return voxels.error();
   auto heights = dds::Reader<dds::HeightTileTopic>::create(participant, wakeup);
@@ -82,121 +86,191 @@ Result<std::unique_ptr<MapFollower>> MapFollower::create(
   if (!zones) return zones.error();
   auto requests = dds::Writer<dds::TileRequestTopic>::create(participant);
   if (!requests) return requests.error();
-  return std::unique_ptr<MapFollower>(new MapFollower(participant, std::move(*voxels),
-                                                      std::move(*heights), std::move(*statuses),
-                                                      std::move(*zones), std::move(*requests)));
+  return std::unique_ptr<MapFollower>(
+      new MapFollower(participant, std::move(*voxels), std::move(*heights), std::move(*statuses),
+                      std::move(*zones), std::move(*requests), max_bytes));
 }
 
-std::vector<TileKey> MapFollower::step() {
-  while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
-  while (const auto tile = height_reader_.take()) take_heights(*tile);
-  while (const auto set = zone_reader_.take()) take_zones(**set);
-  while (const auto status = status_reader_.take()) take_status(**status);
+std::vector<TileKey> MapFollower::step() noexcept {
+  try {
+    return take_all();
+  } catch (const std::exception& e) {
+    give_up(e.what());
+  } catch (...) {
+    give_up("unknown");
+  }
+  return {};
+}
+
+/// What is held may be half of something: it goes, and with it the memory that it took.
+void MapFollower::give_up(const char* why) noexcept {
+  const std::unique_lock lock(mutex);
+  held_ = nothing(held_.map_id());
+  early_voxels_ = {};
+  early_heights_ = {};
+  changed_.clear();
+  complete_at_ = {};
+  rest_until_ = Steady::now() + kRest;
+  try {
+    trouble_ = std::string("the map could not be held here: ") + why;
+  } catch (...) {
+    trouble_ = "out of memory";  // short enough to need none
+  }
+}
+
+std::vector<TileKey> MapFollower::take_all() {
+  // First who is to be believed, and of what map; until that is known tiles stay where they are.
+  while (const auto status = status_reader_.take()) take_status(*status);
+  while (const auto set = zone_reader_.take()) take_zones(*set);
+  if (said_) {
+    while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
+    while (const auto tile = height_reader_.take()) take_heights(*tile);
+  }
+  const auto now = Steady::now();
+  refuse(early_voxels_.end_waits(now) + early_heights_.end_waits(now));
   bool whole = false;
   {
     const std::unique_lock lock(mutex);
     whole = complete();
-    if (whole) complete_at_ = Steady::now();
+    if (whole) complete_at_ = now;
+    if (whole) trouble_.clear();
   }
   if (whole)
-    asked_in_vain_ = 0;
+    asked_in_vain_ = resyncs_in_vain_ = 0;
   else
     resync();
-  if (!said_) changed_.clear();  // of what map, and where, the first heartbeat says
   std::sort(changed_.begin(), changed_.end());
   changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   return std::exchange(changed_, {});
 }
 
-/// The map that a sample belongs to; that of the mapper's word, or the one after it.
-HeldMap& MapFollower::map_of(std::uint64_t map_id) {
-  if (map_id == held_.map_id()) return held_;
-  if (map_id != next_.map_id()) next_ = HeldMap(map_id);
-  return next_;
-}
-
-void MapFollower::refuse() {
+void MapFollower::refuse(std::size_t samples) {
+  if (samples == 0) return;
   const std::unique_lock lock(mutex);
-  ++refused_;
+  refused_ += samples;
 }
 
 void MapFollower::take_voxels(const dds::Received<v1::MapTile>& received) {
   if (received.disposed()) {
+    if (received.writer() != believed_) return refuse();
     const BandKey key = band_key(received.key());
     const std::unique_lock lock(mutex);
     held_.remove_voxels(key);
-    next_.remove_voxels(key);
     changed_.push_back(key.tile());
     return;
   }
-  const v1::MapTile& s = *received;
-  if (!ours(s) || crc32c(s.payload()) != s.crc32c()) return refuse();
+  if (!ours(*received)) return refuse();
+  if (received.writer() != believed_)
+    return refuse(early_voxels_.add(received.writer(), *received, Steady::now()));
+  put(*received);
+}
+
+void MapFollower::put(const v1::MapTile& s) {
+  if (s.map_id() != held_.map_id() || s.voxel_m() != voxel_m_ || crc32c(s.payload()) != s.crc32c())
+    return refuse();
   auto decoded = decode_tile(s.payload(), s.tile_z());
   if (!decoded) return refuse();
   const BandKey key{s.tile_x(), s.tile_y(), s.tile_z()};
-  auto voxels = map_of(s.map_id()).prepare(key, s.revision(), s.crc32c(), *decoded);
+  auto voxels = held_.prepare(key, s.revision(), s.crc32c(), *decoded);
   const std::unique_lock lock(mutex);
-  refused_ += map_of(s.map_id()).put(std::move(voxels)) ? 0 : 1;
-  arrived(key.tile());
+  noted(held_.put(std::move(voxels)), key.tile());
 }
 
 void MapFollower::take_heights(const dds::Received<v1::HeightTile>& received) {
   if (received.disposed()) {
+    if (received.writer() != believed_) return refuse();
     const TileKey key = band_key(received.key()).tile();
     const std::unique_lock lock(mutex);
     held_.remove_heights(key);
-    next_.remove_heights(key);
     changed_.push_back(key);
     return;
   }
-  const v1::HeightTile& s = *received;
-  if (!ours(s) || crc32c(s.payload()) != s.crc32c()) return refuse();
+  if (!ours(*received)) return refuse();
+  if (received.writer() != believed_)
+    return refuse(early_heights_.add(received.writer(), *received, Steady::now()));
+  put(*received);
+}
+
+void MapFollower::put(const v1::HeightTile& s) {
+  if (s.map_id() != held_.map_id() || s.voxel_m() != voxel_m_ || crc32c(s.payload()) != s.crc32c())
+    return refuse();
   const auto decoded = decode_heights(s.payload());
   if (!decoded) return refuse();
   const TileKey key{s.tile_x(), s.tile_y()};
-  HeightColumns heights{*decoded, {}};
+  HeightColumns heights{*decoded, {}, {}};
   heights.sum_up();
   const std::unique_lock lock(mutex);
-  refused_ += map_of(s.map_id()).put(key, s.revision(), s.crc32c(), heights) ? 0 : 1;
-  arrived(key);
+  noted(held_.put(key, s.revision(), s.crc32c(), heights), key);
 }
 
-void MapFollower::arrived(TileKey key) {
+/// The caller holds the mutex.
+void MapFollower::noted(Put put, TileKey key) {
   tile_at_ = Steady::now();
-  changed_.push_back(key);
+  if (put == Put::kHeld) return changed_.push_back(key);
+  ++refused_;
+  if (put == Put::kOlder) return;
+  trouble_ = "the map needs more memory than the " + std::to_string(held_.max_bytes() >> 20U) +
+             " MiB that it may take here";
+  rest_until_ = Steady::now() + kRest;  // all of it again would not fit either
 }
 
-void MapFollower::take_zones(const v1::ZoneSet& s) {
-  if (!ours(s)) return refuse();
-  const std::unique_lock lock(mutex);
-  map_of(s.map_id()).put(s.revision(), to_zones(s));
-}
-
-void MapFollower::take_status(const v1::MapStatus& s) {
-  if (!ours(s)) return refuse();
-  const std::unique_lock lock(mutex);
-  if (s.map_id() != held_.map_id()) {  // what is held belongs to the old one
-    HeldMap fresh(s.map_id());
-    if (next_.map_id() == s.map_id()) std::swap(fresh, next_);
-    // All of it changes; what came before the first heartbeat is told now.
-    for (const HeldMap* map : {&held_, &fresh})
-      for (const auto& [key, tile] : map->tiles()) changed_.push_back(key);
-    held_ = std::move(fresh);
-    next_ = HeldMap();
-    complete_at_ = {};
-    tile_at_ = Steady::now();  // its tiles are on their way
+void MapFollower::take_zones(const dds::Received<v1::ZoneSet>& received) {
+  if (!ours(*received)) return refuse();
+  if (received.writer() != believed_) {  // of a mapper that begins; one is enough to wait
+    early_zones_ = *received;
+    early_zones_writer_ = received.writer();
+    return;
   }
-  voxel_m_ = s.voxel_m();
-  said_ = s;
-  said_at_ = Steady::now();
-  clock_offset_s_ = double(SystemClock().now() - s.time_ns()) * 1e-9;
+  if (received->map_id() != held_.map_id()) return refuse();
+  auto zones = to_zones(*received);
+  const std::unique_lock lock(mutex);
+  held_.put(received->revision(), std::move(zones));
+}
+
+void MapFollower::take_status(const dds::Received<v1::MapStatus>& received) {
+  const v1::MapStatus& s = *received;
+  if (!ours(s)) return refuse();
+  {
+    const std::unique_lock lock(mutex);
+    if (s.map_id() != held_.map_id() || s.voxel_m() != voxel_m_) {  // another map
+      // All of it changes.
+      for (const auto& [key, tile] : held_.tiles()) changed_.push_back(key);
+      held_ = nothing(s.map_id());
+      trouble_.clear();
+      complete_at_ = rest_until_ = {};
+      asked_in_vain_ = resyncs_in_vain_ = 0;
+      tile_at_ = Steady::now();  // its tiles are on their way
+    } else if (received.writer() != believed_) {
+      held_.forget_revisions();
+    }
+    voxel_m_ = s.voxel_m();
+    said_ = s;
+    said_at_ = Steady::now();
+    clock_offset_s_ = double(SystemClock().now() - s.time_ns()) * 1e-9;
+  }
+  if (received.writer() != believed_) believe(received.writer());
+}
+
+void MapFollower::believe(const dds::ParticipantId& writer) {
+  believed_ = writer;
+  for (const v1::MapTile& tile : early_voxels_.take(writer)) put(tile);
+  for (const v1::HeightTile& tile : early_heights_.take(writer)) put(tile);
+  if (!early_zones_ || early_zones_writer_ != writer) return;
+  const v1::ZoneSet set = *std::exchange(early_zones_, std::nullopt);
+  if (set.map_id() != held_.map_id()) return refuse();
+  auto zones = to_zones(set);
+  const std::unique_lock lock(mutex);
+  held_.put(set.revision(), std::move(zones));
 }
 
 /// Asks for what is missing when nothing more seems to come.
 void MapFollower::resync() {
   const auto now = Steady::now();
-  if (!said_ || now - said_at_ > 1s || now - tile_at_ < kResyncAfter ||
-      now - complete_at_ < kResyncAfter || now - asked_at_ < kResyncAfter)
+  // Who has asked in vain asks less and less often: its mapper answers with much more than that.
+  const auto pause =
+      kResyncAfter * (1 << std::clamp(resyncs_in_vain_ - 2 * kResyncsUntilAnew, 0, 5));
+  if (!said_ || now < rest_until_ || now - said_at_ > 1s || now - tile_at_ < kResyncAfter ||
+      now - complete_at_ < kResyncAfter || now - asked_at_ < pause)
     return;
   asked_at_ = now;
   v1::TileRequest request;
@@ -204,10 +278,12 @@ void MapFollower::resync() {
     const std::unique_lock lock(mutex);
     // More than the map has, or what it no longer has, cannot be asked for: begin anew.
     if (++asked_in_vain_ > kResyncsUntilAnew) {
-      held_ = HeldMap(said_->map_id());
+      for (const auto& [key, tile] : held_.tiles()) changed_.push_back(key);
+      held_ = nothing(said_->map_id());
       asked_in_vain_ = 0;
     }
     ++resyncs_;
+    ++resyncs_in_vain_;
     request.map_id(held_.map_id());
     request.voxel_digests() = held_.voxel_digests().buckets;
     request.height_digests() = held_.height_digests().buckets;
@@ -229,6 +305,7 @@ Status MapFollower::status() const {
   out.height_digest = held_.height_digests().all;
   out.tiles = held_.voxel_tiles();
   out.zones_revision = held_.zones_revision();
+  out.memory_bytes = held_.memory_bytes();
   out.samples_refused = refused_;
   out.resyncs = resyncs_;
   if (!said_) {
@@ -238,9 +315,11 @@ Status MapFollower::status() const {
   const v1::MapStatus& s = *said_;
   out.heard = true;
   out.alive = Steady::now() - said_at_ < 1s;
-  out.valid = out.alive && s.validity() == 0;
+  out.valid = out.alive && s.validity() == 0 && trouble_.empty();
   out.complete = complete();
-  out.reason = out.alive ? s.reason().c_str() : "no heartbeat of the mapper for more than 1 s";
+  out.reason = !out.alive         ? "no heartbeat of the mapper for more than 1 s"
+               : trouble_.empty() ? s.reason().c_str()
+                                  : trouble_;
   out.reason_code = s.reason_code();
   out.mapper = s.mapper();
   out.map_id = s.map_id();

@@ -95,6 +95,14 @@ InstanceKey Received<Type>::key() const {
 }
 
 template <class Type>
+ParticipantId Received<Type>::writer() const {
+  ParticipantId id;
+  const auto& handle = state_->infos[0].publication_handle;  // prefix of the participant, entity
+  for (std::size_t i = 0; i < id.size(); ++i) id[i] = handle.value[i];
+  return id;
+}
+
+template <class Type>
 TimeNs Received<Type>::source_time_ns() const {
   return state_->infos[0].source_timestamp.to_ns();
 }

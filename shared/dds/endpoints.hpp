@@ -18,6 +18,10 @@ namespace crane::dds {
 /// behind.
 using InstanceKey = std::array<std::uint8_t, 16>;
 
+/// The process on the network that a sample came from: the same for all of its writers, and chosen
+/// by no sample. Nobody has all zeros.
+using ParticipantId = std::array<std::uint8_t, 12>;
+
 /// A received, validated sample, possibly still in the writer's memory. Given back when destroyed.
 /// Use it at once and give it back within 100 ms: that long a writer waits before it ends.
 template <class Type>
@@ -32,6 +36,7 @@ class Received {
   /// Of topics whose QosSpec says so: the instance key() has ended, and there is no sample.
   [[nodiscard]] bool disposed() const;
   [[nodiscard]] InstanceKey key() const;
+  [[nodiscard]] ParticipantId writer() const;
   const Type& operator*() const;
   const Type* operator->() const { return &**this; }
   /// False when the writer has meanwhile written over a zero-copy sample. Ask *after* use, and

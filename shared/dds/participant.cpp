@@ -56,7 +56,9 @@ class LogBridge final : public fdds::LogConsumer {
   std::map<std::string, std::chrono::steady_clock::time_point> said_;
 };
 
-void prepare_library() {
+}  // namespace
+
+void own_process() {
   static const bool done = [] {
     fdds::Log::ClearConsumers();
     fdds::Log::RegisterConsumer(std::make_unique<LogBridge>());
@@ -69,6 +71,8 @@ void prepare_library() {
   }();
   (void)done;
 }
+
+namespace {
 
 /// A check before every transport that listens to the network. What a profile leaves to Fast DDS
 /// (UDP and shared memory) is made here instead, so that it can be checked as well.
@@ -119,7 +123,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
   if (settings.domain > 232)
     return Error{ErrorCode::kConfiguration, "dds.domain",
                  std::to_string(settings.domain) + " is outside 0..232", "choose a smaller domain"};
-  prepare_library();
+  if (!settings.guest) own_process();
   auto impl = std::make_unique<Impl>();
   impl->settings = settings;
   impl->zero_copy = zero_copy(settings);

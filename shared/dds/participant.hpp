@@ -13,6 +13,11 @@ class DomainParticipantListener;
 
 namespace crane::dds {
 
+/// The process is ours: what Fast DDS logs goes where our log goes, and its library settings are
+/// the ones that our topics need. Every participant but a guest does it; call it where there are
+/// guests only.
+void own_process();
+
 /// One process on the DDS network. Outlives its readers and writers.
 class Participant {
  public:

@@ -32,6 +32,9 @@ struct Settings {
   std::string identity;  ///< who this is, of that folder
   std::uint32_t shm_segment_bytes = 64U << 20U;
   std::uint32_t udp_buffer_bytes = 4U << 20U;
+  /// We are a library in somebody else's program: its Fast DDS log and library settings are its
+  /// own.
+  bool guest = false;
   bool guard_datagrams = true;  ///< false only to show what happens without
   /// Standard Fast DDS XML file and participant profile; replaces the transport, discovery and
   /// security settings above.

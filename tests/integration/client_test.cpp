@@ -1,4 +1,4 @@
-#include "crane/client/map.hpp"
+#include "client_fixture.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,9 @@
 #include <mutex>
 #include <thread>
 
-#include "domain.hpp"
 #include "map_codec/crc32c.hpp"
 #include "map_codec/octree_stream.hpp"
-#include "map_codec/tile_codec.hpp"
-#include "mapper/heartbeat.hpp"
-#include "mapper/map_publisher.hpp"
 #include "mapper/succession.hpp"
-#include "recording/recording.hpp"
 #include "temp_folder.hpp"
 
 namespace crane {
@@ -22,54 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class ClientTest : public ::testing::Test {
- protected:
-  ClientTest()
-      : rig_(Recording::open(test::rig_recording())->rig()),
-        builder_(config(), rig_),
-        participant_(*dds::Participant::create(test::settings(), "mapper")),
-        publisher_(*MapPublisher::create(participant_, {1, 42, 7}, false)),
-        heartbeat_(*Heartbeat::create(participant_, {1, 42, 7})) {}
-
-  static MapperConfig config() {
-    MapperConfig c;
-    c.voxel_m = 0.05;
-    return c;
-  }
-  static std::unique_ptr<client::Map> join() {
-    client::Options options;
-    options.domain = test::settings().domain;
-    std::string error;
-    auto map = client::Map::join(options, error);
-    EXPECT_NE(map, nullptr) << error;
-    return map;
-  }
-  /// A flat thing of some height over a tile.
-  void put(TileKey key, double height_m) {
-    OccupancyMap& map = builder_.map();
-    Tile& tile = map.tile(key);
-    const int z = map.index(height_m);
-    Block& block = *map.block(tile, tile_of(z));
-    for (int column = 0; column < kTileColumns; ++column) {
-      const int index = in_tile(z) * kTileColumns + column;
-      block.log_odds[std::size_t(index)] = 60;
-      map.observe_surface(block, index, z, height_m, 1, 2, 3);
-      tile.columns[std::size_t(column)].last_observed = kNsPerSecond;
-    }
-    tile.reclassified = true;
-    map.mark_changed(tile);
-  }
-  void publish() {
-    ASSERT_TRUE(publisher_.publish_tiles(builder_, true));
-    heartbeat_->say(publisher_.status(builder_, {}));
-  }
-
-  StereoRig rig_;
-  MappingPipeline builder_;
-  std::shared_ptr<dds::Participant> participant_;
-  MapPublisher publisher_;
-  std::unique_ptr<Heartbeat> heartbeat_;
-};
+using ClientTest = test::ClientFixture;
 
 TEST_F(ClientTest, KnowsNothingBeforeAMapperIsHeard) {
   const auto map = join();
@@ -125,6 +73,8 @@ TEST_F(ClientTest, IsNotValidWithoutHeartbeats) {
 
 TEST_F(ClientTest, ATileThatFailsItsChecksumIsNotUsed) {
   const auto map = join();
+  publish();  // whose map it is, or no tile is looked at
+  ASSERT_TRUE(map->wait_until_complete(5s));
   auto writer = *dds::Writer<dds::HeightTileTopic>::create(participant_);
   v1::HeightTile bad;
   bad.crane(1);
@@ -180,9 +130,8 @@ TEST_F(ClientTest, WhatIsMissingIsAskedForAndSentAgain) {
   publish();
   const auto map = join();
   ASSERT_TRUE(map->wait_until_complete(10s));
-  // Somebody else ends an instance: a tile is lost here, and nothing says so but the digests.
-  auto stranger = *dds::Participant::create(test::settings(), "stranger");
-  auto writer = *dds::Writer<dds::MapTileTopic>::create(stranger);
+  // An instance ends: a tile is lost here, and nothing says so but the digests.
+  auto writer = *dds::Writer<dds::MapTileTopic>::create(participant_);
   ASSERT_TRUE(test::eventually([&] { return writer.matched() == 1; }));
   v1::MapTile tile;
   tile.crane(1);

@@ -510,16 +510,16 @@ TEST(HeldMap, PutsBandsTogetherAndTakesThemApartWithTheDigests) {
   low.blocks[0].fill(0x55);   // all free
   high.blocks[6].fill(0xAA);  // all occupied
   const BandKey low_key{1, -2, 0}, high_key{1, -2, 1};
-  EXPECT_TRUE(held.put(held.prepare(low_key, 5, 100, low)));
-  EXPECT_TRUE(held.put(held.prepare(high_key, 5, 200, high)));
+  EXPECT_EQ(held.put(held.prepare(low_key, 5, 100, low)), Put::kHeld);
+  EXPECT_EQ(held.put(held.prepare(high_key, 5, 200, high)), Put::kHeld);
   EXPECT_EQ(held.voxel_tiles(), 2U);
   const ColumnTile* columns = held.columns({1, -2});
   ASSERT_NE(columns, nullptr);
   EXPECT_TRUE(columns->is_free(17, 3));
   EXPECT_TRUE(columns->is_occupied(17, 6 * 32 + 3));
   EXPECT_EQ(held.voxel_digests().all, tile_digest(low_key, 100) + tile_digest(high_key, 200));
-  EXPECT_FALSE(held.put(held.prepare(high_key, 4, 300, low))) << "an older revision";
-  EXPECT_TRUE(held.put(held.prepare(high_key, 6, 300, DecodedTile{})));
+  EXPECT_EQ(held.put(held.prepare(high_key, 4, 300, low)), Put::kOlder);
+  EXPECT_EQ(held.put(held.prepare(high_key, 6, 300, DecodedTile{})), Put::kHeld);
   held.remove_voxels(high_key);
   held.remove_voxels(high_key);
   EXPECT_EQ(held.voxel_tiles(), 1U);

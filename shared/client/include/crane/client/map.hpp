@@ -30,6 +30,11 @@ struct Options {
   std::string identity = "controller";
   /// Fast DDS XML profile instead of network and what belongs to it.
   std::string profile_file, profile_name;
+  /// Of the tiles that are held, some 0.2 MB each at 5 cm and 9 m. A map that needs more is
+  /// invalid, and status() says so. Beside it: 32 MiB of tiles that wait to be believed, what an
+  /// answer is made of (a grid of heights() above all), and what DDS keeps, 64 MiB of shared memory
+  /// with it.
+  std::uint32_t max_memory_mib = 2048;
 };
 
 /// What the mapper last said of the map, and what of it has arrived here.
@@ -53,9 +58,11 @@ struct Status {
   Hoist hoist = Hoist::kNotUsed;  ///< what the mapper knows of hook and load
   /// The rope's top, or the highest mapped height when that is lower: kToRopeTop reaches to it.
   double ceiling_m = 0;
-  double forget_s = 0;                ///< what is not seen again for so long is unknown; 0 = never
-  std::uint64_t samples_refused = 0;  ///< samples that failed a check; never used
-  std::uint64_t resyncs = 0;          ///< times that missing tiles were asked for again
+  double forget_s = 0;  ///< what is not seen again for so long is unknown; 0 = never
+  /// Samples that failed a check, or of a writer that is not the mapper; never used.
+  std::uint64_t samples_refused = 0;
+  std::uint64_t memory_bytes = 0;  ///< of the tiles held here, see Options::max_memory_mib
+  std::uint64_t resyncs = 0;       ///< times that missing tiles were asked for again
 };
 
 /// kStale: it was seen, but not again for too long; as unknown as what was never seen.
@@ -80,11 +87,13 @@ struct Height {
   double proven_m = 0;
 };
 
-/// Heights of all that is held, as a grid; row 0 has the lowest y.
+/// Heights of what is held, as a grid; row 0 has the lowest y. Its size goes by how much is held,
+/// not by how far apart: see tiles_left_out.
 struct HeightGrid {
   double cell_m = 0, origin_x_m = 0, origin_y_m = 0;
   std::uint32_t columns = 0, rows = 0;
   std::vector<Height> cells;
+  std::uint32_t tiles_left_out = 0;  ///< too far from the others: see Map::heights
   /// Centre of cells[i] [m].
   [[nodiscard]] double x_m(std::size_t i) const {
     return origin_x_m + (static_cast<double>(i % columns) + 0.5) * cell_m;
@@ -103,45 +112,51 @@ struct Update {
 };
 
 /// Follows one crane's map. Late joiners get the whole current map. Thread-safe; queries never
-/// wait for the network. Advisory only: limit switches stay in the safety controller.
+/// wait for the network. Nothing throws: without memory for an answer it is that nothing is known.
+/// The program's own Fast DDS log and library settings stay as they are. Advisory only: limit
+/// switches stay in the safety controller.
 class Map {
  public:
   /// Joins; nullptr and the reason in `error` when that is impossible.
-  static std::unique_ptr<Map> join(const Options& options, std::string& error);
+  static std::unique_ptr<Map> join(const Options& options, std::string& error) noexcept;
   ~Map();
   Map(const Map&) = delete;
   Map& operator=(const Map&) = delete;
 
-  [[nodiscard]] Status status() const;
+  [[nodiscard]] Status status() const noexcept;
   /// Waits until the whole current map is here; false on time-out.
-  [[nodiscard]] bool wait_until_complete(std::chrono::milliseconds limit) const;
+  [[nodiscard]] bool wait_until_complete(std::chrono::milliseconds limit) const noexcept;
 
-  [[nodiscard]] Height height(double x_m, double y_m) const;
-  [[nodiscard]] HeightGrid heights() const;
+  [[nodiscard]] Height height(double x_m, double y_m) const noexcept;
+  /// All tiles, if a grid around them has at most four cells a column held, or four million in all;
+  /// else those around the middle one, and the number of the others.
+  [[nodiscard]] HeightGrid heights() const noexcept;
   /// Of the columns that touch the area; of more than four million nothing is said to be known.
-  [[nodiscard]] AreaHeight max_height(const Area& area) const;
+  [[nodiscard]] AreaHeight max_height(const Area& area) const noexcept;
   /// May the load go along that path? Never clear unless status().valid, and
   /// .complete within the last half second.
-  [[nodiscard]] Clearance clearance(const ClearanceQuery& query) const;
+  [[nodiscard]] Clearance clearance(const ClearanceQuery& query) const noexcept;
   /// Voxels held here: occupied and free.
   struct VoxelCount {
     std::uint64_t occupied = 0, free = 0;
   };
-  [[nodiscard]] VoxelCount count_voxels() const;
+  [[nodiscard]] VoxelCount count_voxels() const noexcept;
   /// As the mapper has them, active or not.
-  [[nodiscard]] std::vector<Zone> zones() const;
+  [[nodiscard]] std::vector<Zone> zones() const noexcept;
 
   /// Called after each batch of changes, by the thread that follows the map: it may ask this map
   /// anything, and should be quick. One callback; an empty one ends it. When this returns, the old
-  /// one is not running any more (unless called from within it).
-  void on_update(std::function<void(const Update&)> callback);
+  /// one is not running any more (unless called from within it). What it throws ends there. False
+  /// without memory for it: then none is called.
+  bool on_update(std::function<void(const Update&)> callback) noexcept;
 
   /// Writes what is held as OctoMap's .bt file; false and the reason in `error` when that fails.
-  [[nodiscard]] bool save_bt(const std::string& path, std::string& error) const;
+  [[nodiscard]] bool save_bt(const std::string& path, std::string& error) const noexcept;
 
  private:
   struct Impl;
   explicit Map(std::unique_ptr<Impl> impl);
+  static std::unique_ptr<Map> join_or_throw(const Options& options, std::string& error);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "client/held_map.hpp"
+#include "crane/client/clearance.hpp"
+
+namespace crane::client {
+
+/// The highest surface of the columns that touch the area. An area that is not finite, of more than
+/// four million columns, or longer than that: nothing is said to be known. Cost O(columns).
+AreaHeight highest_in(const Area& area, const HeldMap& held, double voxel_m);
+
+}  // namespace crane::client
