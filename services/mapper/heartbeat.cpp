@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/loop_watch.hpp"
 #include "bounds.h"
 
 namespace crane {
@@ -14,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 using Steady = std::chrono::steady_clock;
 constexpr auto kPeriod = 200ms;
+constexpr auto kTurnsWithin = 5s;  ///< DDS may be busy with a whole map for a late joiner
 
 }  // namespace
 
@@ -50,8 +52,11 @@ struct Heartbeat::Impl {
   }
 
   void run() {
+    name_thread("heartbeat");
+    const LoopWatch::Mark turning = LoopWatch::of_process().watch("heartbeat", kTurnsWithin);
     std::unique_lock lock(mutex);
     while (!stopping) {
+      turning.turned();
       const auto due = sent_at + kPeriod;
       if (changed.wait_until(lock, due, [this] { return stopping; })) return;
       if (Steady::now() < sent_at + kPeriod) continue;  // something was said meanwhile

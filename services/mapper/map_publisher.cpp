@@ -238,9 +238,15 @@ v1::MapStatus MapPublisher::status(const MappingPipeline& pipeline, const Health
 }
 
 void MapPublisher::flush(std::chrono::milliseconds limit) {
-  (void)tiles_.wait_for_readers(limit);
-  (void)heights_.wait_for_readers(limit);
-  (void)octree_.wait_for_readers(limit);
+  const auto end = std::chrono::steady_clock::now() + limit;
+  const auto left = [end] {
+    return std::max(std::chrono::milliseconds(0),
+                    std::chrono::duration_cast<std::chrono::milliseconds>(
+                        end - std::chrono::steady_clock::now()));
+  };
+  (void)tiles_.wait_for_readers(left());
+  (void)heights_.wait_for_readers(left());
+  (void)octree_.wait_for_readers(left());
 }
 
 }  // namespace crane

@@ -1,11 +1,13 @@
 #include "mapper/map_store.hpp"
 
+#include <chrono>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "base/loop_watch.hpp"
 #include "base/write_file.hpp"
 #include "cloud/pcl_filters.hpp"
 #include "config/yaml_reader.hpp"
@@ -16,6 +18,8 @@ namespace crane {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::chrono::seconds kWrittenWithin{30};  ///< a disk that takes longer hangs
 
 Error disk_error(const std::string& path) {
   return {ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
@@ -180,6 +184,8 @@ Result<void> MapStore::save(MappingPipeline& pipeline, const State& state) {
   saving_ = std::async(
       std::launch::async,
       [folder = folder_, tiles = std::move(tiles), account = s.str()]() mutable -> Result<void> {
+        name_thread("map to disk");
+        const auto writing = LoopWatch::of_process().watch("saving the map", kWrittenWithin);
         try {
           return write_state(folder, std::move(tiles), account);
         } catch (const std::exception& e) {

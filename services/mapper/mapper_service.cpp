@@ -331,8 +331,8 @@ class Service {
     if (auto done = hand_on(publisher, store, true); !done) return done;
     if (auto done = publisher.publish_octree(pipeline_); !done) return done;
     beat(publisher);
-    publisher.flush(1s);
-    heartbeat_->flush(1s);
+    publisher.flush(800ms);  // SIGTERM ends a service within 2 s, whoever does not read
+    heartbeat_->flush(200ms);
     report(inputs, zones, publisher, true);
     if (options_.save.empty()) return {};
     const Stopwatch watch;

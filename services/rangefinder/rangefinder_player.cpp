@@ -50,7 +50,7 @@ class Player {
     wait_for_reader(writer_, context_);
     Result<void> played = rate_.paced_by_map() ? play_paced() : play_timed();
     if (!played || context_.stopping()) return played;
-    (void)writer_.wait_for_readers(5s);
+    wait_until_taken(writer_, context_);
     status().finished = true;
     status().tick(true);
     log_info("end of the recording: " + std::to_string(status().published) + " readings published");

@@ -102,6 +102,9 @@ constexpr Row kTable[] = {
     {Cause::kNoAnswerMapInvalid, "no answer: the map is not valid or not complete"},
     {Cause::kNoAnswerBadQuery, "no answer: bad query"},
     {Cause::kOctreeRefused, "octree_map refused"},
+    {Cause::kHttpRefused, "HTTP request refused"},
+    {Cause::kHttpClosed, "HTTP connection closed: too slow, or one too many"},
+    {Cause::kLogLeftOut, "line of the log left out: a flood, or nobody reads"},
 };
 
 const Row* find(Cause cause) {

@@ -108,6 +108,10 @@ enum class Cause : std::uint32_t {
   kNoAnswerMapInvalid = 130,
   kNoAnswerBadQuery = 131,
   kOctreeRefused = 132,
+  // What every service meets.
+  kHttpRefused = 150,
+  kHttpClosed = 151,
+  kLogLeftOut = 152,
 };
 
 /// As it is published and read by people: at most 63 characters. Never empty.
@@ -136,7 +140,7 @@ class DropCounts {
 
  private:
   static std::size_t index(Cause cause) { return static_cast<std::size_t>(cause); }
-  std::array<std::uint64_t, 136> counts_{};
+  std::array<std::uint64_t, 160> counts_{};
 };
 
 }  // namespace crane

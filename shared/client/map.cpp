@@ -8,6 +8,7 @@
 #include <shared_mutex>
 #include <thread>
 
+#include "base/loop_watch.hpp"
 #include "base/write_file.hpp"
 #include "client/area_height.hpp"
 #include "client/clearance_check.hpp"
@@ -23,6 +24,8 @@ using Steady = std::chrono::steady_clock;
 
 /// Beyond this ages are not what they seem. A heartbeat is up to some 0.2 s old.
 constexpr double kClocksAgree_s = 1;
+/// All tiles of a large hall may arrive at once.
+constexpr auto kTurnsWithin = 10s;
 
 dds::Transport transport_of(const Options& o) {
   if (o.network == Options::Network::kWan) return dds::Transport::kWan;
@@ -54,6 +57,7 @@ struct Map::Impl {
   std::atomic<std::thread::id> calling{};
 
   std::atomic<bool> stop{false};
+  const LoopWatch::Mark turning = LoopWatch::of_process().watch("map follower", kTurnsWithin);
   std::thread thread;
 
   ~Impl() {
@@ -63,7 +67,9 @@ struct Map::Impl {
   }
 
   void run() {
+    name_thread("map follower");
     while (!stop) {
+      turning.turned();
       try {
         wakeup.wait_for(100ms);
         tell(follower->step());

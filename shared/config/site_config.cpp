@@ -77,6 +77,7 @@ void read_dds(YamlReader y, DdsConfig& c) {
 void read_http(YamlReader y, HttpConfig& c) {
   y.text("address", c.address);
   y.integer("port", c.port, 0, 65'500);
+  y.texts("hosts", c.hosts);
 }
 
 /// As StereoConfig::Matcher counts.
@@ -272,6 +273,7 @@ std::string to_yaml(const SiteConfig& c) {
   s << "http:\n"
     << "  address: " << quoted(c.http.address) << "\n"
     << "  port: " << c.http.port << "\n"
+    << "  hosts: " << list(c.http.hosts) << "\n"
     << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"

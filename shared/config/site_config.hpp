@@ -36,6 +36,8 @@ struct DdsConfig {
 struct HttpConfig {
   std::string address = "127.0.0.1";
   int port = 9460;  ///< 0 = nowhere
+  /// Names of this host by which it is asked, beside localhost, its addresses and its own name.
+  std::vector<std::string> hosts;
 };
 
 struct StereoConfig {

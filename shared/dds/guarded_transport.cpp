@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "base/loop_watch.hpp"
 #include "dds/rtps_check.hpp"
 
 namespace crane::dds {
@@ -14,6 +15,8 @@ namespace {
 
 namespace ert = eprosima::fastdds::rtps;
 namespace rtps = eprosima::fastrtps::rtps;
+
+constexpr std::chrono::seconds kHandledWithin{10};  ///< handshakes of a whole plant at once
 
 class Descriptor final : public ert::ChainingTransportDescriptor {
  public:
@@ -46,7 +49,7 @@ class Transport final : public ert::ChainingTransport {
   void receive(ert::TransportReceiverInterface* next, const rtps::octet* buffer, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     const char* flaw = check_.flaw({buffer, size});
-    if (flaw == nullptr) return next->OnDataReceived(buffer, size, local, remote);
+    if (flaw == nullptr) return hand_on(next, buffer, size, local, remote);
     const std::uint64_t refused = ++descriptor_.counts()->refused;
     if (refused == 1 || refused % 100'000 == 0)
       log_warning("datagram refused: " + std::string(flaw) + " (" + std::to_string(refused) +
@@ -54,6 +57,17 @@ class Transport final : public ert::ChainingTransport {
   }
 
  private:
+  /// What makes Fast DDS go round in a datagram for ever is seen as a thread that hangs.
+  static void hand_on(ert::TransportReceiverInterface* next, const rtps::octet* buffer,
+                      std::uint32_t size, const rtps::Locator_t& local,
+                      const rtps::Locator_t& remote) {
+    thread_local const LoopWatch::Mark kWork =
+        LoopWatch::of_process().watch("Fast DDS's receiver", kHandledWithin);
+    kWork.turned();
+    next->OnDataReceived(buffer, size, local, remote);
+    kWork.rests();
+  }
+
   Descriptor descriptor_;
   RtpsCheck check_;
 };

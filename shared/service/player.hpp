@@ -47,4 +47,12 @@ void wait_for_reader(const dds::Writer<Topic>& writer, ServiceContext& context) 
   wait_until(MonotonicClock().now() + 30 * step, context);
 }
 
+/// Waits at the end until readers have all, at most 5 s and not beyond a stop.
+template <class Topic>
+void wait_until_taken(dds::Writer<Topic>& writer, ServiceContext& context) {
+  constexpr std::chrono::milliseconds kStep{100};
+  for (int n = 0; n < 50 && !context.stopping() && !writer.wait_for_readers(kStep); ++n)
+    context.status.tick();
+}
+
 }  // namespace crane

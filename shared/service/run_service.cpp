@@ -134,7 +134,8 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
   if (!status) return fail(status.error());
   ServiceContext context{config, config_file, *participant, std::move(*status)};
   if (port > 0)  // a map without its figures is better than none
-    if (auto served = context.status.serve_http(config.http.address, port); !served)
+    if (auto served = context.status.serve_http(config.http.address, port, config.http.hosts);
+        !served)
       log_warning(served.error().text() + "; going on without /metrics and /healthz");
   const Result<void> done = body(context);
   if (!done) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "base/log.hpp"
 #include "bounds.h"
 #include "service/metrics.hpp"
 
@@ -37,7 +38,8 @@ StatusReporter::StatusReporter(dds::Writer<dds::ServiceStatusTopic> writer,
       service_(service),
       start_ns_(SystemClock().now()),
       certificate_expires_(participant_->certificate_expires()),
-      last_(std::chrono::steady_clock::now()) {}
+      last_(std::chrono::steady_clock::now()),
+      loop_(LoopWatch::of_process().watch("the service's loop", kLoopTurnsWithin)) {}
 
 Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Participant>& participant,
                                               std::uint32_t service) {
@@ -46,14 +48,16 @@ Result<StatusReporter> StatusReporter::create(const std::shared_ptr<dds::Partici
   return StatusReporter(std::move(*writer), participant, service);
 }
 
-Result<void> StatusReporter::serve_http(const std::string& address, int port) {
-  auto started = HealthServer::start(address, port);
+Result<void> StatusReporter::serve_http(const std::string& address, int port,
+                                        const std::vector<std::string>& hosts) {
+  auto started = HealthServer::start(address, port, hosts);
   if (!started) return started.error();
   health_ = std::move(*started);
   return {};
 }
 
 void StatusReporter::tick(bool now) {
+  loop_.turned();
   if (!now && !due()) return;
   last_ = std::chrono::steady_clock::now();
   v1::ServiceStatus s;
@@ -73,6 +77,11 @@ void StatusReporter::tick(bool now) {
   s.memory_bytes(resident_bytes());
   if (const std::uint64_t refused = participant_->refused_datagrams(); refused > 0)
     dropped.set(Cause::kMalformedDatagram, refused);
+  if (health_) {
+    dropped.set(Cause::kHttpRefused, health_->counts().refused);
+    dropped.set(Cause::kHttpClosed, health_->counts().closed);
+  }
+  dropped.set(Cause::kLogLeftOut, log_lines_left_out());
   dropped.for_each([&s](Cause cause, std::uint64_t count) {
     if (s.dropped().size() == v1::MAX_CAUSES) return;
     v1::DropCount entry;
@@ -105,7 +114,10 @@ void StatusReporter::tick(bool now) {
     health_->tell(
         {status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});
   // Does nothing where systemd does not ask for it.
-  sd_notify(0, ("READY=1\nWATCHDOG=1\nSTATUS=" + word).c_str());
+  const std::string hangs = LoopWatch::of_process().trouble();
+  sd_notify(
+      0,
+      ("READY=1\n" + (hangs.empty() ? "WATCHDOG=1\nSTATUS=" + word : "STATUS=" + hangs)).c_str());
 }
 
 void StatusReporter::flush(std::chrono::milliseconds limit) {

@@ -4,8 +4,10 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/drop_counts.hpp"
+#include "base/loop_watch.hpp"
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
 #include "service/health.hpp"
@@ -30,14 +32,19 @@ inline void add_reader_drops(DropCounts& dropped, Cause invalid, Cause lost,
 }
 
 /// What one service tells the world once a second: counts, causes of drops, stage times; by topic
-/// service_status, over HTTP, and to systemd, whose watchdog it feeds. One thread.
+/// service_status, over HTTP, and to systemd, whose watchdog it feeds while all threads turn.
+/// Its own calls are the service's loop turning. One thread.
 class StatusReporter {
  public:
   /// `service`: v1::SERVICE_*.
   static Result<StatusReporter> create(const std::shared_ptr<dds::Participant>& participant,
                                        std::uint32_t service);
+  /// So long a piece of work may take: a large map from disk, the paper's filters.
+  static constexpr std::chrono::seconds kLoopTurnsWithin{20};
+
   /// From now on over HTTP as well. Error: Resource when the port cannot be had.
-  Result<void> serve_http(const std::string& address, int port);
+  Result<void> serve_http(const std::string& address, int port,
+                          const std::vector<std::string>& hosts);
 
   StageTimes stages;
   DropCounts dropped;
@@ -69,6 +76,7 @@ class StatusReporter {
   std::uint64_t sequence_ = 0;
   TimeNs start_ns_, certificate_expires_;
   std::chrono::steady_clock::time_point last_;
+  LoopWatch::Mark loop_;  ///< of the service, which calls tick()
 };
 
 }  // namespace crane

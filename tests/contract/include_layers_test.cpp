@@ -28,12 +28,13 @@ const std::map<std::string, std::string> kLibraries = {
     {"yaml", "yaml-cpp/"},  {"fastdds", "fastdds/"}, {"fastrtps", "fastrtps/"},
     {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
     {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
-    {"http", "httplib.h"},  {"systemd", "systemd/"}, {"openssl", "openssl/"},
+    {"boost", "boost/"},    {"systemd", "systemd/"}, {"openssl", "openssl/"},
     {"jpeg", "jpeglib.h"},
 };
 
 const std::map<std::string, Layer> kLayers = {
     {"shared/base", {{}, {"json"}}},
+    {"shared/http", {{"base"}, {"boost"}}},
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv", "jpeg"}}},
@@ -46,7 +47,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/mapping_pipeline",
      {{"base", "geometry", "config", "cloud", "motion", "mapping", "map_codec"}, {"eigen"}}},
     {"shared/dds", {{"base", "geometry"}, {"fastdds", "fastrtps", "openssl"}}},
-    {"shared/service", {{"base", "config", "dds", "client"}, {"cli", "http", "systemd"}}},
+    {"shared/service", {{"base", "http", "config", "dds", "client"}, {"cli", "systemd"}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
     {"shared/evaluation",
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},

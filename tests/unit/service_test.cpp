@@ -70,18 +70,35 @@ TEST(Metrics, AreLinesThatPrometheusReads) {
 }
 
 TEST(Health, AnswersWhatItWasToldAndRefusesAPortThatIsTaken) {
-  constexpr int kPort = 42'917;
-  auto server = HealthServer::start("127.0.0.1", kPort);
+  auto server = HealthServer::start("127.0.0.1", 0);
   ASSERT_TRUE(server) << server.error().text();
-  EXPECT_FALSE(HealthServer::start("127.0.0.1", kPort)) << "two services on one port";
+  const int port = (*server)->port();
+  EXPECT_FALSE(HealthServer::start("127.0.0.1", port)) << "two services on one port";
   (*server)->tell({true, false, "degraded: no cloud", "x 1\n"});
-  EXPECT_TRUE(ask_health("127.0.0.1", kPort));
+  EXPECT_TRUE(ask_health("127.0.0.1", port));
   (*server)->tell({false, false, "failed: no camera", "x 1\n"});
-  const auto failed = ask_health("127.0.0.1", kPort);
+  const auto failed = ask_health("127.0.0.1", port);
   ASSERT_FALSE(failed);
   EXPECT_NE(failed.error().what.find("failed: no camera"), std::string::npos);
   server->reset();
-  EXPECT_EQ(ask_health("127.0.0.1", kPort).error().code, ErrorCode::kNotAvailable);
+  EXPECT_EQ(ask_health("127.0.0.1", port).error().code, ErrorCode::kNotAvailable);
+}
+
+TEST(Health, FailsWhileAnyThreadOfTheServiceHangs) {
+  LoopWatch::Clock::time_point now{};
+  LoopWatch watch([&] { return now; });
+  const auto follower = watch.watch("map follower", 10s);
+  auto server = HealthServer::start("127.0.0.1", 0, {}, watch);
+  ASSERT_TRUE(server) << server.error().text();
+  (*server)->tell({true, true, "ok", "x 1\n"});
+  EXPECT_TRUE(ask_health("127.0.0.1", (*server)->port()));
+  now += 11s;
+  const auto hangs = ask_health("127.0.0.1", (*server)->port());
+  ASSERT_FALSE(hangs);
+  EXPECT_NE(hangs.error().what.find("map follower hangs: nothing done for 11 s"), std::string::npos)
+      << hangs.error().what;
+  follower.turned();
+  EXPECT_TRUE(ask_health("127.0.0.1", (*server)->port()));
 }
 
 }  // namespace

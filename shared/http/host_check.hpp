@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace crane::http {
+
+/// Whether a Host line names this machine. A web page of somebody else can make a browser beside us
+/// ask us, under the page's own name (DNS rebinding): that name is none of ours. True for
+/// localhost, any loopback address, `local_address`, which the request came in at, and `names`;
+/// with any port.
+bool is_own_host(std::string_view host, std::string_view local_address,
+                 const std::vector<std::string>& names);
+
+/// What this machine calls itself.
+std::string host_name();
+
+}  // namespace crane::http
