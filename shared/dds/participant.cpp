@@ -159,8 +159,18 @@ Result<std::shared_ptr<Participant>> Participant::create(
                                                   fdds::StatusMask::none());
   if (impl->participant == nullptr)
     return Error{ErrorCode::kResource, "DDS domain " + std::to_string(settings.domain),
-                 "Fast DDS could not join: no such interface, or no socket",
-                 "check dds.interfaces against 'ip address'"};
+                 "Fast DDS could not join: no such interface, no socket, or no shared memory",
+                 "see its message above; check dds.interfaces against 'ip address', and 'ulimit'"};
+  // It goes on without the port it cannot make, deaf to everybody on this host.
+  if (settings.transport != Transport::kUdp && settings.profile_file.empty() &&
+      !is_port_open(impl->shm_port.number)) {
+    impl->participant->set_listener(nullptr);
+    factory->delete_participant(impl->participant);
+    return Error{
+        ErrorCode::kResource, "/dev/shm",
+        "Fast DDS could not make its port there: the memory was taken meanwhile",
+        "enlarge the tmpfs (containers: --shm-size=512m), or set dds.shared_memory: false"};
+  }
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
   if (settings.transport != Transport::kUdp) impl->segments = mark_segments(prefix.str());

@@ -1,18 +1,20 @@
 #include "dds/shared_memory.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
+
+#include "base/log.hpp"
 
 namespace crane::dds {
 namespace {
@@ -25,10 +27,29 @@ constexpr const char* kPortPrefix = "fastrtps_port";
 constexpr std::uint32_t kFirstPort = 1'000'000;
 constexpr std::uint32_t kPorts = 4096;
 
-/// Holds a lock on a file if nobody else does.
+bool is_ours(const struct stat& file) {
+  return S_ISREG(file.st_mode) && file.st_uid == geteuid();
+}
+
+/// Another user's, or no file at all: /dev/shm belongs to everybody.
+bool is_squatted(const fs::path& path) {
+  struct stat file {};
+  return lstat(path.c_str(), &file) == 0 && !is_ours(file);
+}
+
+/// A file of ours that is there already, open; -1 when it is none.
+int open_ours(const fs::path& path, int flags) {
+  const int file = open(path.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  struct stat found {};
+  if (file < 0 || (fstat(file, &found) == 0 && is_ours(found))) return file;
+  close(file);
+  return -1;
+}
+
+/// Holds a lock on a file of ours if nobody else does.
 class TryLock {
  public:
-  explicit TryLock(const fs::path& path) : file_(open(path.c_str(), O_RDWR | O_CLOEXEC)) {
+  explicit TryLock(const fs::path& path) : file_(open_ours(path, O_RDWR)) {
     held_ = file_ >= 0 && flock(file_, LOCK_EX | LOCK_NB) == 0;
   }
   ~TryLock() {
@@ -37,6 +58,29 @@ class TryLock {
   TryLock(const TryLock&) = delete;
   TryLock& operator=(const TryLock&) = delete;
   [[nodiscard]] bool held() const { return held_; }
+
+ private:
+  int file_;
+  bool held_ = false;
+};
+
+/// That nobody on this machine has a file of ours open or mapped: the kernel gives a write lease
+/// only then, whatever the other's container, process ids or user. /proc shows less. Who opens the
+/// file meanwhile waits in open() until this ends.
+class Unused {
+ public:
+  explicit Unused(const fs::path& path) : file_(open_ours(path, O_RDONLY)) {
+    // Who waits is said by a signal: one that ends nobody. (The default, SIGIO, does.)
+    held_ =
+        file_ >= 0 && fcntl(file_, F_SETSIG, SIGURG) == 0 && fcntl(file_, F_SETLEASE, F_WRLCK) == 0;
+  }
+  ~Unused() {
+    if (file_ >= 0) close(file_);
+  }
+  Unused(const Unused&) = delete;
+  Unused& operator=(const Unused&) = delete;
+  /// Still so, and nobody waits to open it.
+  [[nodiscard]] bool holds() const { return held_ && fcntl(file_, F_GETLEASE) == F_WRLCK; }
 
  private:
   int file_;
@@ -57,57 +101,53 @@ std::vector<std::string> names_in(const fs::path& directory) {
   return names;
 }
 
-/// Files that some process we can see has mapped.
-std::set<std::string> mapped_files(const std::string& directory) {
-  std::set<std::string> mapped;
-  for (const std::string& pid : names_in("/proc")) {
-    if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream maps("/proc/" + pid + "/maps");
-    for (std::string line; std::getline(maps, line);)
-      if (const std::size_t at = line.find(directory + "/"); at != std::string::npos)
-        mapped.insert(line.substr(at + directory.size() + 1));
-  }
-  return mapped;
-}
-
+/// A lock file is made before it is locked: a younger one may be of a process that starts.
 bool older_than_a_second(const fs::path& path) {
   std::error_code failed;
   const auto written = fs::last_write_time(path, failed);
   return !failed && fs::file_time_type::clock::now() - written > std::chrono::seconds(1);
 }
 
-/// Ports that nobody listens at (exclusive and shared lock) and nobody has open. One that a sender
-/// has open stays, so that no other listener gets its number: the sender would go on writing into
-/// the removed file. A killed sender leaves no lock, only the file.
-std::size_t remove_stale_ports(const fs::path& directory) {
-  std::size_t removed = 0;
-  std::optional<std::set<std::string>> mapped;
-  for (const std::string& name : names_in(directory)) {
-    if (!name.starts_with(kPortPrefix) || name.ends_with("_el") || name.ends_with("_sl")) continue;
-    const fs::path exclusive_file = directory / (name + "_el");
-    const fs::path shared_file = directory / (name + "_sl");
-    std::optional<TryLock> exclusive, shared;
-    if (fs::exists(exclusive_file)) exclusive.emplace(exclusive_file);
-    if (fs::exists(shared_file)) shared.emplace(shared_file);
-    if ((exclusive && !exclusive->held()) || (shared && !shared->held())) continue;
-    if (!exclusive && !shared && !older_than_a_second(directory / name)) continue;
-    if (!mapped) mapped = mapped_files(directory);
-    if (mapped->contains(name)) continue;
-    removed += remove_file(directory / name) + remove_file(directory / ("sem." + name + "_mutex")) +
-               remove_file(shared_file) + remove_file(exclusive_file);
-  }
-  return removed;
+/// Removes a port if nobody listens at it (exclusive and shared lock) and nobody has it open. One
+/// that a sender has open stays, so that no other listener gets its number: the sender would go on
+/// writing into the removed file. A killed sender leaves no lock, only the file.
+std::size_t remove_if_stale(const fs::path& port) {
+  // Fast DDS opens a port while it holds this semaphore, so this comes first: whoever is about to
+  // open the port has it open, or waits. To remove it under somebody's feet would let two make the
+  // same port at once, each destroying what the other makes.
+  const fs::path semaphore = port.parent_path() / ("sem." + port.filename().string() + "_mutex");
+  std::optional<Unused> nobody_opens;
+  if (fs::exists(fs::symlink_status(semaphore))) nobody_opens.emplace(semaphore);
+  if (nobody_opens && !nobody_opens->holds()) return 0;
+  const Unused nobody_has(port);
+  const fs::path exclusive_file = port.string() + "_el";
+  const fs::path shared_file = port.string() + "_sl";
+  std::optional<TryLock> exclusive, shared;
+  if (fs::exists(fs::symlink_status(exclusive_file))) exclusive.emplace(exclusive_file);
+  if (fs::exists(fs::symlink_status(shared_file))) shared.emplace(shared_file);
+  if ((exclusive && !exclusive->held()) || (shared && !shared->held())) return 0;
+  if (!exclusive && !shared && !older_than_a_second(port)) return 0;
+  if (!nobody_has.holds()) return 0;
+  const std::size_t removed =
+      remove_file(port) + remove_file(shared_file) + remove_file(exclusive_file);
+  return removed + (nobody_opens && nobody_opens->holds() ? remove_file(semaphore) : 0);
+}
+
+bool is_port(const std::string& name) {
+  const std::string prefix = kPortPrefix;
+  return name.starts_with(prefix) && name.size() > prefix.size() &&
+         name.find_first_not_of("0123456789", prefix.size()) == std::string::npos;
 }
 
 }  // namespace
 
 std::optional<HeldFile> HeldFile::take(const std::string& path) {
-  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
   if (file < 0) return std::nullopt;
   struct stat ours {
   }, there{};
   // Whoever held it may have removed it before it was locked here.
-  if (flock(file, LOCK_EX | LOCK_NB) == 0 && fstat(file, &ours) == 0 &&
+  if (fstat(file, &ours) == 0 && is_ours(ours) && flock(file, LOCK_EX | LOCK_NB) == 0 &&
       stat(path.c_str(), &there) == 0 && ours.st_ino == there.st_ino)
     return HeldFile(path, file);
   close(file);
@@ -137,9 +177,14 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
   for (std::uint32_t i = 0; i < kPorts; ++i) {
     const std::string number = std::to_string(kFirstPort + i);
     const std::string path = directory + "/" + kClaimPrefix + number;
+    const std::string port = directory + "/" + kPortPrefix + number;
+    // Fast DDS could not open it, and would say nothing of it: nobody would be heard there.
+    if (is_squatted(port) || is_squatted(port + "_el") || is_squatted(port + "_sl") ||
+        is_squatted(directory + "/sem." + kPortPrefix + number + "_mutex"))
+      continue;
     // Of a living process, or of a killed one. Who ended in an orderly way took the claim along,
     // and whoever still has the port open hears of its next listener.
-    if (fs::exists(path) && fs::exists(directory + "/" + kPortPrefix + number)) continue;
+    if (fs::exists(fs::symlink_status(path)) && fs::exists(port)) continue;
     if (auto claim = HeldFile::take(path)) return ShmPort{kFirstPort + i, std::move(*claim)};
   }
   return Error{ErrorCode::kResource, directory, "has no free port of shared memory",
@@ -147,17 +192,24 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
                "dds.shared_memory: false"};
 }
 
+bool is_port_open(std::uint32_t number, const std::string& directory) {
+  return fs::exists(directory + "/" + kPortPrefix + std::to_string(number));
+}
+
 std::size_t remove_stale_segments(const std::string& directory) {
   const fs::path dir(directory);
-  std::size_t removed = remove_stale_ports(dir);  // first: a claim stays as long as its port does
+  std::size_t removed = 0;
   const std::vector<std::string> names = names_in(dir);
+  for (const std::string& name : names)  // first: a claim stays as long as its port does
+    if (is_port(name)) removed += remove_if_stale(dir / name);
   for (const std::string& name : names) {
+    if (!older_than_a_second(dir / name)) continue;
     if (name.starts_with(kLockPrefix)) {
       const TryLock lock(dir / name);
       if (!lock.held()) continue;
       const std::string prefix = name.substr(std::string(kLockPrefix).size());
       for (const std::string& segment : names)
-        if (segment.starts_with("fast_datasharing_" + prefix))
+        if (segment.starts_with("fast_datasharing_" + prefix) && !is_squatted(dir / segment))
           removed += remove_file(dir / segment);
       removed += remove_file(dir / name);
     } else if (name.starts_with(kClaimPrefix)) {
@@ -167,11 +219,27 @@ std::size_t remove_stale_segments(const std::string& directory) {
     } else if (name.starts_with("fastrtps_") && !name.starts_with(kPortPrefix) &&
                name.ends_with("_el")) {
       const TryLock exclusive(dir / name);
-      if (!exclusive.held()) continue;
-      removed += remove_file(dir / name.substr(0, name.size() - 3)) + remove_file(dir / name);
+      const fs::path segment = dir / name.substr(0, name.size() - 3);
+      if (!exclusive.held() || is_squatted(segment)) continue;
+      removed += remove_file(segment) + remove_file(dir / name);
     }
   }
   return removed;
+}
+
+bool use_segment(const char* name, int file) {
+  struct stat found {};
+  const bool good = fstat(file, &found) == 0 && S_ISREG(found.st_mode) &&
+                    (found.st_uid == geteuid() || found.st_uid == 0) &&
+                    (found.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  static std::atomic<std::uint64_t> refused{0};
+  if (good) return true;
+  if (const std::uint64_t n = ++refused; n == 1 || n % 1000 == 0)
+    log_warning(std::string("shared memory: '") + name +
+                "' is another user's, or others may write "
+                "it: not opened (" +
+                std::to_string(n) + " such so far)");
+  return false;
 }
 
 std::uint64_t shared_memory_needed(const Settings& settings) {
@@ -189,6 +257,7 @@ Result<void> check_shared_memory(std::uint64_t needed, const std::string& direct
   if (access(directory.c_str(), W_OK) != 0)
     return Error{ErrorCode::kResource, directory, "is not writable for this user",
                  "run as a user who may write it, or set dds.shared_memory: false"};
+  if (stat.f_blocks == 0) return {};  // a tmpfs without a limit
   const std::uint64_t free_bytes = std::uint64_t(stat.f_bavail) * stat.f_frsize;
   if (free_bytes >= needed) return {};
   return Error{

@@ -44,10 +44,20 @@ struct ShmPort {
 /// Error: Resource when the directory cannot be written, or all 4096 are taken.
 Result<ShmPort> claim_shm_port(const std::string& directory = "/dev/shm");
 
+/// Whether Fast DDS has made the port.
+bool is_port_open(std::uint32_t number, const std::string& directory = "/dev/shm");
+
 /// Removes what dead processes left in shared memory: data-sharing segments with one of our locks
-/// that nobody holds, and Fast DDS transport segments and ports whose own lock files nobody holds.
-/// What a living process uses or has open is never touched. Returns the number of files removed.
+/// that nobody holds, Fast DDS transport segments whose own lock files nobody holds, and its ports
+/// that besides nobody has open. Locks and open files are asked of the kernel, which knows those of
+/// other containers as well; files of another user are never touched, nor what a living process
+/// uses. Returns the number of files removed.
 std::size_t remove_stale_segments(const std::string& directory = "/dev/shm");
+
+/// Whether a file of shared memory that was opened is one to use: a regular file of this user or
+/// root that nobody else may write. What another user put there under a name that Fast DDS looks
+/// for would be mapped, and believed. `name`: for the log.
+bool use_segment(const char* name, int file);
 
 /// What a process of these settings needs there: its own segment, and beside it what frames and
 /// clouds take on their way without a copy. 0 without shared memory.
