@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "base/clock.hpp"
+#include "base/read_file.hpp"
 #include "dds/endpoints.hpp"
 #include "dds/host_checks.hpp"
 #include "dds/observer.hpp"
@@ -184,7 +185,9 @@ class Examination {
     for (std::filesystem::directory_iterator entry(dds_.security, failed), end;
          !failed && entry != end; entry.increment(failed)) {
       const std::string name = entry->path().filename();
-      if (!entry->is_directory(failed) || name == "private") continue;
+      const auto identity = is_folder(entry->path());
+      if (!identity) note("security", identity, "");
+      if (!identity || !*identity || name == "private") continue;
       ++identities;
       const auto files = dds::check_security(dds_.security, name);
       if (!files) {
@@ -199,7 +202,10 @@ class Examination {
       else
         good("security", text);
     }
-    if (std::filesystem::exists(dds_.security + "/private"))
+    const auto ca_key = is_there(dds_.security + "/private");
+    if (!ca_key)
+      note("security", ca_key, "");
+    else if (*ca_key)
       bad(Verdict::kWarning, "security", "the CA's key is on this host",
           "keep " + dds_.security + "/private elsewhere");
     if (identities == 0)

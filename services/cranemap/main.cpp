@@ -10,6 +10,7 @@
 
 int main(int argc, char** argv) {
   crane::set_log_name("cranemap");
+  crane::end_on_exceptions();
   crane::handle_signals();
   crane::dds::own_process();
   CLI::App app(

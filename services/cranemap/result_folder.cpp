@@ -50,8 +50,9 @@ bool made_before_markers(const fs::path& folder) {
   const auto report = nlohmann::json::parse(file, nullptr, false);
   if (!report.is_object() || !report.contains("cranemap") || !report.contains("run")) return false;
   std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(folder, failed)) {
-    const std::string name = entry.path().filename().string();
+  fs::directory_iterator entry(folder, failed);
+  for (const fs::directory_iterator none; !failed && entry != none; entry.increment(failed)) {
+    const std::string name = entry->path().filename().string();
     const auto* end = std::end(ResultFolder::kResults);
     if (name != "logs" && std::find(std::begin(ResultFolder::kResults), end, name) == end)
       return false;
@@ -65,7 +66,8 @@ Result<ResultFolder> ResultFolder::claim(const std::string& path) {
   if (path.empty()) return foreign("--out", "names no folder");
   std::error_code failed;
   fs::create_directories(path, failed);
-  if (!fs::is_directory(path)) return unwritable(path, failed ? failed.value() : ENOTDIR);
+  if (failed) return unwritable(path, failed.value());
+  if (!fs::is_directory(path, failed)) return unwritable(path, failed ? failed.value() : ENOTDIR);
   const fs::path marker = fs::path(path) / kMarker;
   const bool known = fs::is_regular_file(fs::symlink_status(marker, failed));
   if (!known) {
@@ -84,7 +86,7 @@ Result<ResultFolder> ResultFolder::claim(const std::string& path) {
     if (earlier != kRunning && earlier != kFinished)
       return foreign(path, std::string("holds a ") + kMarker + " that no run wrote");
     // A run that ended took its state with it: one that is there now is of a mapper that serves.
-    if (earlier == kFinished && fs::exists(folder.state()))
+    if (earlier == kFinished && fs::exists(folder.state(), failed))
       return foreign(path, "holds a folder 'state' that no run made");
   }
   if (!folder.write_marker(kRunning.data())) return unwritable(path, errno);

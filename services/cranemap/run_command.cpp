@@ -6,6 +6,7 @@
 #include <random>
 
 #include "base/log.hpp"
+#include "base/read_file.hpp"
 #include "bounds.h"
 #include "commands.hpp"
 #include "dds/shared_memory.hpp"
@@ -68,7 +69,9 @@ class Run {
   Result<void> prepare() {
     // A recording may know its crane.
     const std::string own = options_.recording + "/site.yaml";
-    const std::string file = options_.config.empty() && fs::exists(own) ? own : options_.config;
+    const auto has_own = is_there(own);
+    if (!has_own) return has_own.error();
+    const std::string file = options_.config.empty() && *has_own ? own : options_.config;
     if (!file.empty()) {
       auto read = read_site_config(file);
       if (!read) return read.error();
@@ -268,12 +271,16 @@ class Run {
     report_.rate = options_.rate;
     report_.network = network_name(config_.dds.network);
     report_.restarts = services_->restarts();
-    if (fs::exists(truth / "obstacles.yaml")) {
+    const auto has_obstacles = is_there(truth / "obstacles.yaml");
+    if (!has_obstacles) return has_obstacles.error();
+    if (*has_obstacles) {
       auto obstacles = read_obstacles(truth / "obstacles.yaml");
       if (!obstacles) return obstacles.error();
       report_.heights = measure(grid, *obstacles);
     }
-    if (fs::exists(truth / "height_map.png")) {
+    const auto has_truth = is_there(truth / "height_map.png");
+    if (!has_truth) return has_truth.error();
+    if (*has_truth) {
       auto solids = read_truth(truth);
       if (!solids) return solids.error();
       auto octree = read_octomap(out / "map.bt");
@@ -296,7 +303,8 @@ class Run {
     }
     for (const char* name :
          {"map.bt", "map.ot", "map.pcd", "height_map.png", "height_map_view.png"})
-      if (fs::exists(out / name)) report_.files[name] = fs::file_size(out / name);
+      if (std::error_code none; fs::exists(out / name, none))
+        report_.files[name] = fs::file_size(out / name, none);
     return write_json(out / "report.json", report_);
   }
 

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "base/log.hpp"
+#include "base/read_file.hpp"
 #include "commands.hpp"
 #include "progress.hpp"
 #include "service/exit_code.hpp"
@@ -25,10 +26,10 @@ std::string scene_file(const std::string& scene) {
   std::error_code failed;
   const fs::path shipped = fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() /
                            "share/cranemap/scenes";
-  if (fs::exists(scene)) return scene;
+  if (fs::exists(scene, failed)) return scene;
   for (const fs::path& file :
        {shipped / (scene + ".yaml"), shipped / "workshop" / (scene + ".yaml")})
-    if (fs::exists(file)) return file;
+    if (fs::exists(file, failed)) return file;
   return scene;
 }
 
@@ -45,7 +46,9 @@ int run(Options& options) {
     if (!fault) return fail(fault.error());
     options.simulate.faults.push_back(*fault);
   }
-  if (fs::exists(options.simulate.folder + "/cam0"))
+  const auto taken = is_there(options.simulate.folder + "/cam0");
+  if (!taken) return fail(taken.error());
+  if (*taken)
     return fail(Error{ErrorCode::kConfiguration, options.simulate.folder,
                       "holds a recording already", "give --out a new folder"});
   Progress progress("rendering " + scene->name);

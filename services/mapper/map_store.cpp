@@ -4,13 +4,14 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "base/loop_watch.hpp"
+#include "base/read_file.hpp"
 #include "base/write_file.hpp"
 #include "cloud/pcl_filters.hpp"
 #include "config/yaml_reader.hpp"
+#include "map_codec/crc32c.hpp"
 #include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_snapshot.hpp"
 
@@ -20,6 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds kWrittenWithin{30};  ///< a disk that takes longer hangs
+constexpr std::uint64_t kMaxAccountBytes = 1U << 16U, kMaxTileBytes = 64U << 20U;
+constexpr const char* kFormat = "format: 2\n";
+constexpr const char* kChecksum = "checksum: ";
 
 Error disk_error(const std::string& path) {
   return {ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
@@ -45,15 +49,30 @@ Result<std::vector<fs::path>> tile_files(const std::string& folder) {
   return tiles;
 }
 
-Result<Bytes> read_file(const fs::path& path) {
-  std::error_code failed;
-  Bytes bytes(fs::is_regular_file(path, failed) ? fs::file_size(path, failed) : 0);
-  std::ifstream file(path, std::ios::binary);
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (failed || !file || bytes.empty())
-    return Error{ErrorCode::kResource, path, "cannot be read",
-                 "check its permissions and its disk"};
-  return bytes;
+Result<Bytes> read_tile(const fs::path& path) {
+  const auto text = read_file(path.string(), kMaxTileBytes);
+  if (!text) return text.error();
+  if (text->empty())
+    return Error{ErrorCode::kBadData, path, "is empty", "bring it back from a copy"};
+  return Bytes(text->begin(), text->end());
+}
+
+std::uint32_t checksum(const std::string& text) {
+  return crc32c({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+/// The account, whole as it was written: its last line is a checksum of those before.
+Result<std::string> read_account(const std::string& path) {
+  auto text = read_file(path, kMaxAccountBytes);
+  if (!text) return text.error();
+  const std::size_t at = text->rfind(kChecksum);
+  // Of an earlier version, which had neither.
+  if (at == std::string::npos && text->find("format:") == std::string::npos) return text;
+  const std::string kept = at == std::string::npos ? "" : text->substr(0, at);
+  if (*text != kept + kChecksum + std::to_string(checksum(kept)) + "\n")
+    return Error{ErrorCode::kBadData, path, "is damaged: its checksum is of other content",
+                 "bring the folder back from a copy, or remove it and map anew"};
+  return text;
 }
 
 /// Tiles first: the account promises no frame that they do not have.
@@ -94,8 +113,11 @@ Result<MapStore::State> MapStore::load(MappingPipeline& pipeline) {
     if (auto cleared = clear(); !cleared) return cleared.error();
     return state;
   }
-  auto y = YamlReader::from_file(account);
+  const auto kept = read_account(account);
+  if (!kept) return kept.error();
+  auto y = YamlReader::from_text(*kept, account);
   if (!y) return y.error();
+  for (const char* key : {"format", "checksum"}) y->ignore(key);
   const auto number = [&y](const char* key) {
     std::string text;
     y->text(key, text, true);
@@ -126,13 +148,18 @@ Result<MapStore::State> MapStore::load(MappingPipeline& pipeline) {
                      " tiles: the rest was removed or cannot be seen",
                  "bring it back from a copy, or remove the folder and map anew"};
   for (const fs::path& path : *tiles) {
-    const auto bytes = read_file(path);
+    const auto bytes = read_tile(path);
     if (!bytes) return bytes.error();
     if (auto read = read_snapshot(*bytes, pipeline.map()); !read)
       return Error{read.error().code, path, read.error().what,
                    "remove the folder " + folder_ + " and map anew"};
   }
   for (const TileKey key : pipeline.map().tile_keys()) on_disk_.insert(key);
+  if (on_disk_.size() < least)
+    return Error{ErrorCode::kBadData, folder_,
+                 "holds " + std::to_string(on_disk_.size()) + " different tiles of at least " +
+                     std::to_string(least) + ": some files are copies of others",
+                 "bring it back from a copy, or remove the folder and map anew"};
   pipeline.restore(a, age);
   state.found = true;
   return state;
@@ -175,24 +202,26 @@ Result<void> MapStore::save(MappingPipeline& pipeline, const State& state) {
   std::ostringstream s;
   s.precision(17);
   const FrameAccount& a = state.account;
-  s << "voxel_m: " << pipeline.voxel_m() << "\nage_ns: " << pipeline.report().age
+  s << kFormat << "voxel_m: " << pipeline.voxel_m() << "\nage_ns: " << pipeline.report().age
     << "\nrevision: " << state.revision << "\nstream: " << a.stream
     << "\ntiles: " << on_disk_.size() << "\nlast_frame: " << a.last_frame + 1
     << "  # plus one: 0 = none"
     << "\nlast_frame_time_ns: " << a.last_frame_time << "\nintegrated: " << a.integrated
     << "\nrejected: " << a.rejected << "\nmissing: " << a.missing << "\n";
-  saving_ = std::async(
-      std::launch::async,
-      [folder = folder_, tiles = std::move(tiles), account = s.str()]() mutable -> Result<void> {
-        name_thread("map to disk");
-        const auto writing = LoopWatch::of_process().watch("saving the map", kWrittenWithin);
-        try {
-          return write_state(folder, std::move(tiles), account);
-        } catch (const std::exception& e) {
-          return Error{ErrorCode::kResource, folder, std::string("cannot be written: ") + e.what(),
-                       ""};
-        }
-      });
+  saving_ = std::async(std::launch::async,
+                       [folder = folder_, tiles = std::move(tiles),
+                        account = s.str() + kChecksum + std::to_string(checksum(s.str())) +
+                                  "\n"]() mutable -> Result<void> {
+                         name_thread("map to disk");
+                         const auto writing =
+                             LoopWatch::of_process().watch("saving the map", kWrittenWithin);
+                         try {
+                           return write_state(folder, std::move(tiles), account);
+                         } catch (const std::exception& e) {
+                           return Error{ErrorCode::kResource, folder,
+                                        std::string("cannot be written: ") + e.what(), ""};
+                         }
+                       });
   return {};
 }
 

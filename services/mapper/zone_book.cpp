@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "base/read_file.hpp"
 #include "base/write_file.hpp"
 #include "bounds.h"
 #include "service/zone_sample.hpp"
@@ -40,7 +41,9 @@ Result<ZoneBook> ZoneBook::open(const std::vector<ZoneConfig>& fixed, const std:
   if (!fixed.empty()) book.revision_ = 1;
   if (folder.empty()) return book;
   book.file_ = folder + "/zones.yaml";
-  if (!std::filesystem::exists(book.file_)) return book;
+  const auto there = is_there(book.file_);
+  if (!there) return there.error();
+  if (!*there) return book;
   auto kept = read_site_config(book.file_);
   if (!kept)
     return Error{ErrorCode::kBadData, book.file_, "is damaged: " + kept.error().text(),

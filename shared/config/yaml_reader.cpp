@@ -2,12 +2,11 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <sstream>
 
+#include "base/read_file.hpp"
 #include "config/yaml_strict.hpp"
 
 namespace crane {
@@ -119,16 +118,11 @@ YamlReader::YamlReader(YamlReader&&) noexcept = default;
 YamlReader& YamlReader::operator=(YamlReader&&) noexcept = default;
 
 Result<YamlReader> YamlReader::from_file(const std::string& path) {
-  std::error_code failed;
-  if (!std::filesystem::is_regular_file(path, failed))
-    return Error{ErrorCode::kConfiguration, path, "no such file", "check the path"};
-  if (std::filesystem::file_size(path, failed) > kMaxBytes)
-    return Error{ErrorCode::kConfiguration, path, "larger than 1 MiB", "is this the right file?"};
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) return Error{ErrorCode::kConfiguration, path, "cannot be read", "check permissions"};
-  return from_text(text.str(), path);
+  auto text = read_file(path, kMaxBytes);
+  if (text) return from_text(*text, path);
+  Error error = text.error();
+  if (error.code != ErrorCode::kResource) error.code = ErrorCode::kConfiguration;
+  return error;
 }
 
 Result<YamlReader> YamlReader::from_text(const std::string& text, const std::string& name) {
@@ -245,11 +239,17 @@ void YamlReader::choice(const std::string& key, const std::vector<std::string>& 
 
 void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::size_t count,
                          bool required) {
+  numbers(key, out, count, count, required);
+}
+
+void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::size_t least,
+                         std::size_t most, bool required) {
   auto values = impl_->read_list(key, "a list of numbers", required, decimal_number);
   if (!values) return;
-  if (values->size() != count)
-    problem(key, "has " + std::to_string(values->size()) + " numbers, " + std::to_string(count) +
-                     " are needed");
+  const std::string wanted =
+      std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
+  if (values->size() < least || values->size() > most)
+    problem(key, "has " + std::to_string(values->size()) + " numbers, " + wanted + " are needed");
   else
     out = std::move(*values);
 }

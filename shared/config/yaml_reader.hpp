@@ -39,6 +39,9 @@ class YamlReader {
   /// Exactly `count` finite numbers.
   void numbers(const std::string& key, std::vector<double>& out, std::size_t count,
                bool required = false);
+  /// From `least` to `most` finite numbers.
+  void numbers(const std::string& key, std::vector<double>& out, std::size_t least,
+               std::size_t most, bool required);
   /// Whether the key is there.
   [[nodiscard]] bool has(const std::string& key) const;
   /// Known, but of no use to us: not a problem.

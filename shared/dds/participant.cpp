@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "base/read_file.hpp"
 #include "dds/host_checks.hpp"
 #include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
@@ -90,7 +91,9 @@ void guard_transports(fdds::DomainParticipantQos& qos, const std::shared_ptr<Gua
 
 Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& qos) {
   auto* factory = fdds::DomainParticipantFactory::get_instance();
-  if (!std::filesystem::exists(settings.profile_file))
+  const auto there = is_there(settings.profile_file);
+  if (!there) return there.error();
+  if (!*there)
     return Error{ErrorCode::kConfiguration, settings.profile_file, "no such DDS profile file",
                  "give dds.profile_file a path that exists"};
   if (factory->load_XML_profiles_file(settings.profile_file) !=

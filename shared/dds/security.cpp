@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "base/log.hpp"
+#include "base/read_file.hpp"
 
 namespace crane::dds {
 namespace {
@@ -58,7 +59,9 @@ Result<SecurityFiles> check_security(const std::string& folder, const std::strin
   f.certificate = folder + "/" + identity + "/certificate.pem";
   f.key = folder + "/" + identity + "/key.pem";
   f.permissions = folder + "/" + identity + "/permissions.p7s";
-  if (!fs::is_directory(folder))
+  const auto there = is_folder(folder);
+  if (!there) return there.error();
+  if (!*there)
     return Error{ErrorCode::kConfiguration, "dds.security", "'" + folder + "' is no folder",
                  "make it with deploy/security/make"};
   for (const std::string* file : {&f.ca, &f.governance, &f.certificate, &f.key, &f.permissions})

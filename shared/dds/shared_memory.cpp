@@ -31,6 +31,11 @@ bool is_ours(const struct stat& file) {
   return S_ISREG(file.st_mode) && file.st_uid == geteuid();
 }
 
+bool is_something(const fs::path& path) {
+  struct stat file {};
+  return lstat(path.c_str(), &file) == 0;
+}
+
 /// Another user's, or no file at all: /dev/shm belongs to everybody.
 bool is_squatted(const fs::path& path) {
   struct stat file {};
@@ -117,14 +122,14 @@ std::size_t remove_if_stale(const fs::path& port) {
   // same port at once, each destroying what the other makes.
   const fs::path semaphore = port.parent_path() / ("sem." + port.filename().string() + "_mutex");
   std::optional<Unused> nobody_opens;
-  if (fs::exists(fs::symlink_status(semaphore))) nobody_opens.emplace(semaphore);
+  if (is_something(semaphore)) nobody_opens.emplace(semaphore);
   if (nobody_opens && !nobody_opens->holds()) return 0;
   const Unused nobody_has(port);
   const fs::path exclusive_file = port.string() + "_el";
   const fs::path shared_file = port.string() + "_sl";
   std::optional<TryLock> exclusive, shared;
-  if (fs::exists(fs::symlink_status(exclusive_file))) exclusive.emplace(exclusive_file);
-  if (fs::exists(fs::symlink_status(shared_file))) shared.emplace(shared_file);
+  if (is_something(exclusive_file)) exclusive.emplace(exclusive_file);
+  if (is_something(shared_file)) shared.emplace(shared_file);
   if ((exclusive && !exclusive->held()) || (shared && !shared->held())) return 0;
   if (!exclusive && !shared && !older_than_a_second(port)) return 0;
   if (!nobody_has.holds()) return 0;
@@ -184,7 +189,7 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
       continue;
     // Of a living process, or of a killed one. Who ended in an orderly way took the claim along,
     // and whoever still has the port open hears of its next listener.
-    if (fs::exists(fs::symlink_status(path)) && fs::exists(port)) continue;
+    if (is_something(path) && is_something(port)) continue;
     if (auto claim = HeldFile::take(path)) return ShmPort{kFirstPort + i, std::move(*claim)};
   }
   return Error{ErrorCode::kResource, directory, "has no free port of shared memory",
@@ -193,7 +198,7 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
 }
 
 bool is_port_open(std::uint32_t number, const std::string& directory) {
-  return fs::exists(directory + "/" + kPortPrefix + std::to_string(number));
+  return is_something(directory + "/" + kPortPrefix + std::to_string(number));
 }
 
 std::size_t remove_stale_segments(const std::string& directory) {
@@ -214,7 +219,7 @@ std::size_t remove_stale_segments(const std::string& directory) {
       removed += remove_file(dir / name);
     } else if (name.starts_with(kClaimPrefix)) {
       const std::string port = kPortPrefix + name.substr(std::string(kClaimPrefix).size());
-      if (const TryLock lock(dir / name); lock.held() && !fs::exists(dir / port))
+      if (const TryLock lock(dir / name); lock.held() && !is_something(dir / port))
         removed += remove_file(dir / name);
     } else if (name.starts_with("fastrtps_") && !name.starts_with(kPortPrefix) &&
                name.ends_with("_el")) {

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+
+#include "base/read_file.hpp"
 
 namespace crane {
 namespace {
@@ -112,7 +113,9 @@ Result<TrueSolids> read_truth(const std::string& folder) {
   if (!heights) return heights.error();
   const std::string file = folder + "/obstacles.yaml";
   std::vector<TrueObstacle> obstacles;
-  if (std::filesystem::exists(file)) {
+  const auto there = is_there(file);
+  if (!there) return there.error();
+  if (*there) {
     auto read = read_obstacles(file);
     if (!read) return read.error();
     obstacles = *read;

@@ -3,10 +3,10 @@
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <sstream>
+
+#include "base/read_file.hpp"
 
 namespace crane {
 namespace {
@@ -59,17 +59,9 @@ Result<OctomapFile> decode_octomap(const std::vector<std::uint8_t>& file, const 
 }
 
 Result<OctomapFile> read_octomap(const std::string& path) {
-  std::error_code failed;
-  if (!std::filesystem::is_regular_file(path, failed)) return bad(path, "no such file");
-  const std::uintmax_t size = std::filesystem::file_size(path, failed);
-  if (failed) return bad(path, "cannot be read");
-  if (size > kMaxOctomapBytes) return bad(path, "is larger than 512 MiB");
-  std::vector<std::uint8_t> bytes(size);
-  std::ifstream file(path, std::ios::binary);
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file || file.gcount() != static_cast<std::streamsize>(size))
-    return bad(path, "cannot be read");
-  return decode_octomap(bytes, path);
+  const auto file = read_file(path, kMaxOctomapBytes);
+  if (file) return decode_octomap({file->begin(), file->end()}, path);
+  return file.error().code == ErrorCode::kResource ? file.error() : bad(path, file.error().what);
 }
 
 }  // namespace crane

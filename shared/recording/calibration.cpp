@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/read_file.hpp"
 #include "config/yaml_reader.hpp"
 
 namespace crane {
@@ -37,14 +38,26 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
   y.text("camera_model", model);
   if (model != "pinhole") y.problem("camera_model", "is not 'pinhole'");
   y.text("distortion_model", distortion);
-  if (distortion != "radial-tangential" && distortion != "plumb_bob")
-    y.problem("distortion_model", "is not 'radial-tangential'");
+  // As EuRoC, ROS and Kalibr call the same model.
+  if (distortion != "radial-tangential" && distortion != "plumb_bob" && distortion != "radtan")
+    y.problem("distortion_model",
+              "'" + distortion + "' is not 'radial-tangential' (also: plumb_bob, radtan)");
   std::vector<double> size;
   std::vector<double> k;
   std::vector<double> d = {0, 0, 0, 0};
   y.numbers("resolution", size, 2, true);
   y.numbers("intrinsics", k, 4, true);
-  y.numbers("distortion_coefficients", d, 4);
+  y.numbers("distortion_coefficients", d, 4, 14, false);
+  // OpenCV and ROS write k3 and more behind k1, k2, p1, p2; calibrated without them they are 0.
+  for (std::size_t i = 4; i < d.size(); ++i)
+    if (d[i] != 0) {
+      y.problem(
+          "distortion_coefficients",
+          "number " + std::to_string(i + 1) +
+              " is not 0: only k1, k2, p1, p2 are used; calibrate with k3 and more fixed to 0 "
+              "(OpenCV: CALIB_FIX_K3)");
+      break;
+    }
   int bits = 0;
   y.integer("bits", bits, 8, 16);
   read_transform(y, "T_BS", T_BS);
@@ -90,7 +103,9 @@ Result<void> write_text(const std::string& path, const std::string& text) {
 
 Result<StereoRig> read_rig(const std::string& folder) {
   StereoRig rig;
-  if (!std::filesystem::is_directory(folder))
+  const auto there = is_folder(folder);
+  if (!there) return there.error();
+  if (!*there)
     return Error{ErrorCode::kConfiguration, folder, "no such folder",
                  "give the folder that holds cam0, cam1 and rig.yaml"};
   // T_BS: camera in a body frame of the calibration's choice (EuRoC: that of the IMU). rig.yaml

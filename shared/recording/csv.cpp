@@ -1,9 +1,9 @@
 #include "recording/csv.hpp"
 
 #include <charconv>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
+
+#include "base/read_file.hpp"
 
 namespace crane {
 namespace {
@@ -35,16 +35,12 @@ Result<std::vector<std::pair<TimeNs, std::string>>> parse_time_csv(const std::st
 }
 
 Result<std::vector<std::pair<TimeNs, std::string>>> read_time_csv(const std::string& path) {
-  std::error_code failed;
-  if (!std::filesystem::is_regular_file(path, failed))
+  const auto text = read_file(path, kMaxBytes);
+  if (text) return parse_time_csv(*text, path);
+  if (text.error().code == ErrorCode::kNotAvailable)
     return Error{ErrorCode::kBadData, path, "no such file",
                  "a recording has data.csv in cam0, cam1, cart0 and trolley0"};
-  if (std::filesystem::file_size(path, failed) > kMaxBytes)
-    return Error{ErrorCode::kBadData, path, "larger than 256 MiB", "split the recording"};
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse_time_csv(text.str(), path);
+  return text.error();
 }
 
 }  // namespace crane

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "base/read_file.hpp"
 #include "config/yaml_strict.hpp"
 #include "recording/csv.hpp"
 
@@ -49,7 +50,9 @@ Result<std::vector<HoistReading>> parse_hoist_csv(const std::string& text,
 }
 
 Result<std::vector<HoistReading>> read_hoist_csv(const std::string& path) {
-  if (!std::filesystem::exists(path)) return std::vector<HoistReading>{};
+  const auto there = is_there(path);
+  if (!there) return there.error();
+  if (!*there) return std::vector<HoistReading>{};
   return to_readings(read_time_csv(path), path);
 }
 

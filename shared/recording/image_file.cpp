@@ -1,11 +1,10 @@
 #include "recording/image_file.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "base/read_file.hpp"
 #include "recording/jpeg.hpp"
 
 namespace crane {
@@ -113,18 +112,14 @@ Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::str
 }
 
 Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int bits) {
-  std::error_code failed;
-  const std::uintmax_t size = std::filesystem::file_size(path, failed);
-  if (failed)
+  const auto file = read_file(path, kMaxFileBytes);
+  if (file)
+    return decode_image(std::vector<std::uint8_t>(file->begin(), file->end()), path, max_pixels,
+                        bits);
+  if (file.error().code == ErrorCode::kNotAvailable)
     return Error{ErrorCode::kBadData, path, "no such image file",
                  "data.csv names files in the folder data beside it"};
-  if (size > kMaxFileBytes)
-    return Error{ErrorCode::kBadData, path, "larger than 64 MiB", "is this an image?"};
-  std::vector<std::uint8_t> file(size);
-  std::ifstream stream(path, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
-  if (!stream) return Error{ErrorCode::kBadData, path, "cannot be read", "check permissions"};
-  return decode_image(file, path, max_pixels, bits);
+  return file.error();
 }
 
 Result<void> write_image(const std::string& path, const Image& image) {

@@ -1,9 +1,16 @@
 #include "service/run_service.hpp"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
 
 #include "base/log.hpp"
 #include "service/decimal_options.hpp"
@@ -37,6 +44,28 @@ void handle_signals() {
   action.sa_handler = [](int) { reload_flag() = true; };
   sigaction(SIGHUP, &action, nullptr);
   signal(SIGPIPE, SIG_IGN);
+}
+
+void end_on_exceptions() {
+  // To write the last line with, where there is no memory left.
+  static auto reserve = std::make_unique<std::array<char, 1U << 18U>>();
+  std::set_terminate([] {
+    reserve.reset();
+    alarm(2);  // the log may be held by the thread that threw
+    try {
+      if (const std::exception_ptr thrown = std::current_exception())
+        std::rethrow_exception(thrown);
+      log_error("ended without an exception: a bug");
+    } catch (const std::bad_alloc&) {
+      log_error("memory ran out -> give it more ('ulimit -v', the container's limit)");
+    } catch (const std::exception& e) {
+      log_error(std::string("ended by what nothing expected: ") + e.what() +
+                " -> a limit ('ulimit -a'), or a bug");
+    } catch (...) {
+      log_error("ended by something thrown that is no exception: a bug");
+    }
+    std::_Exit(kExitResource);
+  });
 }
 
 bool stop_requested() {
@@ -82,6 +111,7 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
                 const std::function<void(CLI::App&)>& add_options,
                 const std::function<Result<void>(ServiceContext&)>& body) {
   set_log_name(info.name);
+  end_on_exceptions();
   handle_signals();
   CLI::App app(info.description, info.name);
   app.set_version_flag("--version", std::string(CRANEMAP_VERSION) + " (" CRANEMAP_BUILD_TYPE ")");

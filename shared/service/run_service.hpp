@@ -46,6 +46,10 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
 
 /// Sets the flags behind stopping() and reload() on SIGTERM, SIGINT and SIGHUP; ignores SIGPIPE.
 void handle_signals();
+
+/// An exception that nothing caught, of any thread, memory that ran out included, ends the program
+/// with its text in the log and exit code 3, not by SIGABRT.
+void end_on_exceptions();
 bool stop_requested();
 /// True once after each SIGHUP.
 bool reload_requested();

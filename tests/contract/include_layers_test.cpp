@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -165,6 +166,50 @@ TEST(IncludeLayers, TheClientsPublicHeadersIncludeOnlyTheStandardLibraryAndEachO
     EXPECT_TRUE(standard || fs::exists(headers / include.target))
         << include.file << " includes " << include.target;
   }
+}
+
+/// Where the call that opens at `open` ends, and its last argument.
+std::string last_argument(const std::string& text, std::size_t open) {
+  int depth = 0;
+  std::size_t from = open + 1;
+  for (std::size_t i = open; i < text.size(); ++i) {
+    if (text[i] == '(' || text[i] == '{' || text[i] == '[') ++depth;
+    if (text[i] == ')' || text[i] == '}' || text[i] == ']') --depth;
+    if (text[i] == ',' && depth == 1) from = i + 1;
+    if (depth > 0) continue;
+    const std::string argument = text.substr(from, i - from);
+    const std::size_t first = argument.find_first_not_of(" \n");
+    return first == std::string::npos ? "" : argument.substr(first);
+  }
+  return "";
+}
+
+// What throws where a folder may not be entered ends a service that could have said so.
+TEST(FileSystem, IsAskedWithoutExceptions) {
+  static const std::regex kCall(
+      R"(\b(fs|std::filesystem)::(exists|is_[a-z_]+|file_size|create_[a-z_]+|remove|remove_all|copy|)"
+      R"(copy_file|rename|canonical|absolute|current_path|read_symlink|last_write_time|space|status|)"
+      R"(symlink_status|equivalent|permissions|resize_file)\()");
+  static const std::regex kLoop(
+      R"(for \([^;]*: *(fs|std::filesystem)::(recursive_)?directory_iter)");
+  const std::set<std::string> given = {"failed", "ignored", "none", "unreadable"};
+  std::size_t calls = 0;
+  for (const char* part : {"shared", "services"})
+    for (const auto& entry : fs::recursive_directory_iterator(kSource / part)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".hpp" && extension != ".cpp") continue;
+      std::ifstream file(entry.path());
+      const std::string text((std::istreambuf_iterator<char>(file)), {});
+      EXPECT_FALSE(std::regex_search(text, kLoop)) << entry.path();
+      for (std::sregex_iterator m(text.begin(), text.end(), kCall), end; m != end; ++m, ++calls) {
+        const auto open = static_cast<std::size_t>(m->position() + m->length() - 1);
+        const bool of_a_status = m->str().find("::is_") != std::string::npos &&
+                                 text.compare(open + 1, 18, "fs::symlink_status") == 0;
+        EXPECT_TRUE(of_a_status || given.contains(last_argument(text, open)))
+            << entry.path() << ": " << m->str() << " throws";
+      }
+    }
+  EXPECT_GT(calls, 20U);
 }
 
 }  // namespace

@@ -176,5 +176,37 @@ TEST(CheckRig, TakesOrdinaryLensesAndMounts) {
   });
 }
 
+/// As OpenCV (5, 8, 12 or 14 numbers) and ROS (5) write a lens that was calibrated without k3.
+TEST(Calibration, ReadsCoefficientsThatAreZeroBehindTheFourThatCount) {
+  const TempFolder folder;
+  StereoRig rig = sample();
+  rig.left.k1 = -0.1;
+  rig.left.p2 = 0.001;
+  ASSERT_TRUE(write_rig(rig, folder.path(), 10));
+  const std::string path = folder / "cam0/sensor.yaml";
+  const std::string good = text_of(path);
+  const auto with = [&](const std::string& model, const std::string& more) {
+    std::string text = good;
+    const std::string name = "radial-tangential";
+    text.replace(text.find(name), name.size(), model);
+    text.insert(text.find(']', text.find("distortion_coefficients")), more);
+    std::ofstream(path) << text;
+    return read_rig(folder.path());
+  };
+  for (const char* model : {"plumb_bob", "radtan", "radial-tangential"})
+    for (const char* more : {"", ", 0", ", 0.0, 0, 0, 0", ", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0"}) {
+      const auto read = with(model, more);
+      ASSERT_TRUE(read) << model << more << ": " << read.error().text();
+      EXPECT_EQ(read->left.k1, -0.1);
+      EXPECT_EQ(read->left.p2, 0.001);
+    }
+  const auto k3 = with("plumb_bob", ", 0.02");
+  ASSERT_FALSE(k3);
+  EXPECT_NE(k3.error().what.find("number 5 is not 0"), std::string::npos) << k3.error().text();
+  EXPECT_FALSE(with("plumb_bob", ", 0, 0, 0, 1e-9"));
+  EXPECT_FALSE(with("rational_polynomial", ", 0"));
+  EXPECT_FALSE(with("plumb_bob", ", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0"));  // more than anybody has
+}
+
 }  // namespace
 }  // namespace crane

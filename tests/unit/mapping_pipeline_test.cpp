@@ -475,6 +475,42 @@ TEST_F(MappingPipelineTest, APartOfASavedMapIsNotTakenForTheMap) {
   EXPECT_EQ(whole.map().tile_count(), builder_.map().tile_count());
 }
 
+TEST_F(MappingPipelineTest, ADamagedAccountIsRefusedWhereverItIsDamaged) {
+  const test::TempFolder folder;
+  ASSERT_NO_FATAL_FAILURE(save_one_frame(folder / "state"));
+  const std::string account = folder / "state/account.yaml";
+  std::string good;
+  {
+    std::ifstream file(account);
+    good.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const auto loads = [&](const std::string& text) {
+    std::ofstream(account) << text;
+    MappingPipeline again(config(), rig_);
+    return MapStore(folder / "state").load(again).ok();
+  };
+  EXPECT_TRUE(loads(good));
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    std::string bad = good;
+    bad[i] = static_cast<char>(bad[i] ^ 1);
+    EXPECT_FALSE(loads(bad)) << i;
+    EXPECT_FALSE(loads(good.substr(0, i))) << "cut at " << i;
+  }
+  EXPECT_TRUE(loads(good));
+}
+
+TEST_F(MappingPipelineTest, ATileThatIsACopyOfAnotherIsMissed) {
+  const test::TempFolder folder;
+  ASSERT_NO_FATAL_FAILURE(save_one_frame(folder / "state"));
+  std::vector<std::filesystem::path> tiles;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "state"))
+    if (entry.path().extension() == ".tile") tiles.push_back(entry.path());
+  ASSERT_GT(tiles.size(), 1U);
+  std::filesystem::copy_file(tiles[0], tiles[1], std::filesystem::copy_options::overwrite_existing);
+  MappingPipeline again(config(), rig_);
+  EXPECT_FALSE(MapStore(folder / "state").load(again));
+}
+
 TEST_F(MappingPipelineTest, TilesThatAnEndedMapLeftBehindAreNoneOfTheNext) {
   const test::TempFolder folder;
   ASSERT_NO_FATAL_FAILURE(save_one_frame(folder / "state"));

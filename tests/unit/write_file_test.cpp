@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <sstream>
 #include <vector>
 
+#include "base/read_file.hpp"
 #include "base/write_file.hpp"
 #include "temp_folder.hpp"
 
@@ -93,6 +95,26 @@ TEST(WriteFile, AFullDiskKeepsTheOldFile) {
       << written.error().text();
   EXPECT_EQ(kept, "old");
   EXPECT_FALSE(partial);
+}
+
+TEST(ReadFile, SaysWhatIsInTheWay) {
+  const test::TempFolder folder;
+  const auto code = [](const std::string& path) { return read_file(path, 10).error().code; };
+  std::ofstream(folder / "ten") << "0123456789";
+  ASSERT_TRUE(read_file(folder / "ten", 10));
+  EXPECT_EQ(*read_file(folder / "ten", 10), "0123456789");
+  EXPECT_EQ(read_file(folder / "ten", 9).error().code, ErrorCode::kBadData);
+  EXPECT_EQ(code(folder / "none"), ErrorCode::kNotAvailable);
+  EXPECT_EQ(code(folder / "ten/none"), ErrorCode::kNotAvailable);
+  EXPECT_EQ(code(folder.path()), ErrorCode::kBadData);
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  EXPECT_EQ(code(folder / "fifo"), ErrorCode::kBadData);  // and nobody waits for its other end
+  EXPECT_EQ(*read_file("/proc/self/comm", 100), "unit_tests\n");  // of size 0, it says
+  EXPECT_TRUE(*is_there(folder / "ten"));
+  EXPECT_FALSE(*is_there(folder / "none"));
+  EXPECT_FALSE(*is_folder(folder / "ten"));
+  EXPECT_TRUE(*is_folder(folder.path()));
+  EXPECT_FALSE(is_there(folder / std::string(300, 'n')));  // a name no disk has: not to be told
 }
 
 }  // namespace
