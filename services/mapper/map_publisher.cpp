@@ -151,15 +151,8 @@ Result<void> MapPublisher::publish_tiles(MappingPipeline& pipeline, bool all, do
 
 void MapPublisher::note_request(const v1::TileRequest& request) {
   if (request.map_id() != identity_.map_id) return;
-  for (const auto& [key, published] : published_) {
-    const std::size_t bucket = BucketDigests::bucket_of(key);
-    const bool voxels = request.voxel_digests()[bucket] != voxel_digests_.buckets[bucket];
-    const bool heights = request.height_digests()[bucket] != height_digests_.buckets[bucket];
-    if (!voxels && !heights) continue;
-    Owed& owed = owed_[key];
-    owed.voxels |= voxels;
-    owed.heights |= heights;
-  }
+  owed_.note(request.voxel_digests(), request.height_digests(), voxel_digests_, height_digests_,
+             published_, OwedTiles::Clock::now());
 }
 
 Result<void> MapPublisher::send_again(MappingPipeline& pipeline, double budget_ms) {
@@ -167,14 +160,13 @@ Result<void> MapPublisher::send_again(MappingPipeline& pipeline, double budget_m
   const OccupancyMap& map = pipeline.map();
   const Stamp stamp{revision_, pipeline.account().last_frame_time, map.voxel_m(), true};
   for (bool more = true; more && !owed_.empty(); more = watch.ms() < budget_ms) {
-    const auto [key, owed] = *owed_.begin();
-    owed_.erase(owed_.begin());
+    const auto [key, lack] = *owed_.next(OwedTiles::Clock::now());
     const Tile* tile = map.find(key);
     const auto published = published_.find(key);
     if (tile == nullptr || published == published_.end()) continue;
-    if (owed.voxels)
+    if (lack.voxels)
       if (auto sent = publish_voxels(*tile, stamp, published->second); !sent) return sent;
-    if (owed.heights && published->second.heights)
+    if (lack.heights && published->second.heights)
       if (auto sent = publish_heights(map, *tile, stamp, published->second); !sent) return sent;
     counts_.add(Cause::kTilesSentAgain);
   }

@@ -11,6 +11,7 @@
 #include "dds/endpoints.hpp"
 #include "map_codec/octree_stream.hpp"
 #include "map_codec/tile_codec.hpp"
+#include "map_sync/owed_tiles.hpp"
 #include "mapping_pipeline/mapping_pipeline.hpp"
 
 namespace crane {
@@ -82,10 +83,6 @@ class MapPublisher {
   Result<void> publish_voxels(const Tile& tile, const Stamp& stamp, Published& published);
   Result<void> publish_heights(const OccupancyMap& map, const Tile& tile, const Stamp& stamp,
                                Published& published);
-  /// Of a tile that is to be sent again.
-  struct Owed {
-    bool voxels = false, heights = false;
-  };
   MapPublisher(dds::Writer<dds::MapTileTopic> tiles, dds::Writer<dds::HeightTileTopic> heights,
                dds::Writer<dds::OctreeMapTopic> octree)
       : tiles_(std::move(tiles)), heights_(std::move(heights)), octree_(std::move(octree)) {}
@@ -103,7 +100,7 @@ class MapPublisher {
   std::uint64_t revision_ = 0, octree_revision_ = 0, published_tiles_ = 0;
   TileKey resume_at_{std::numeric_limits<std::int32_t>::min(), 0};  ///< where the budget ended
   bool behind_ = false;
-  std::map<TileKey, Owed> owed_;
+  OwedTiles owed_;
   DropCounts counts_;
   std::vector<StageMs> stages_;
 };

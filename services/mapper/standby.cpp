@@ -20,11 +20,9 @@ FrameAccount account_of(const v1::MapStatus& s) {
 
 Result<Standby> Standby::create(const std::shared_ptr<dds::Participant>& participant,
                                 Wakeup* wakeup, std::size_t max_bytes) {
-  auto follower = client::MapFollower::create(participant, wakeup, max_bytes);
+  auto follower = MapFollower::create(participant, wakeup, max_bytes);
   if (!follower) return follower.error();
-  auto zones = dds::Reader<dds::ZoneSetTopic>::create(participant, wakeup);
-  if (!zones) return zones.error();
-  return Standby(std::move(*follower), std::move(*zones), wakeup);
+  return Standby(std::move(*follower), wakeup);
 }
 
 Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs,
@@ -58,7 +56,6 @@ Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs,
 
 Result<void> Standby::step(MappingPipeline& pipeline) {
   std::vector<TileKey> changed = follower_->step();
-  while (const auto set = zone_reader_.take()) zones_ = **set;
   const auto& said = follower_->said();
   if (!said) return {};
   if (said->voxel_m() != pipeline.voxel_m())
@@ -66,7 +63,7 @@ Result<void> Standby::step(MappingPipeline& pipeline) {
                  std::to_string(pipeline.voxel_m()) + " differs from " +
                      std::to_string(said->voxel_m()) + " of the mapper that serves",
                  "give both the same configuration"};
-  const client::HeldMap& held = follower_->held();
+  const HeldMap& held = follower_->held();
   pipeline.adopt(account_of(*said), static_cast<HoistKnown>(said->hoist()), MonotonicClock().now());
   if (held.map_id() != map_id_) {
     pipeline.clear();
@@ -76,7 +73,7 @@ Result<void> Standby::step(MappingPipeline& pipeline) {
     for (const auto& [key, tile] : held.tiles()) changed.push_back(key);
   }
   for (const TileKey key : changed) {
-    static const client::HeldMap::HeldTile kNothing;
+    static const HeldMap::HeldTile kNothing;
     const auto it = held.tiles().find(key);
     const auto& tile = it == held.tiles().end() ? kNothing : it->second;
     pipeline.adopt(key, tile.blocks, tile.heights.columns);

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "client/map_follower.hpp"
+#include "map_sync/map_follower.hpp"
 #include "mapper/mapper_inputs.hpp"
 #include "mapping_pipeline/mapping_pipeline.hpp"
 #include "service/run_service.hpp"
@@ -29,21 +29,18 @@ class Standby {
   [[nodiscard]] const std::optional<v1::MapStatus>& said() const { return follower_->said(); }
   /// Whether ours is that map, tile for tile, but for what came since: it was within 5 s.
   [[nodiscard]] bool current() const;
-  [[nodiscard]] const std::optional<v1::ZoneSet>& zones() const { return zones_; }
+  [[nodiscard]] const std::optional<v1::ZoneSet>& zones() const { return follower_->zones(); }
 
  private:
-  Standby(std::unique_ptr<client::MapFollower> follower, dds::Reader<dds::ZoneSetTopic> zone_reader,
-          Wakeup* wakeup)
-      : follower_(std::move(follower)), zone_reader_(std::move(zone_reader)), wakeup_(wakeup) {}
+  Standby(std::unique_ptr<MapFollower> follower, Wakeup* wakeup)
+      : follower_(std::move(follower)), wakeup_(wakeup) {}
   /// Takes what arrived into the pipeline.
   Result<void> step(MappingPipeline& pipeline);
   /// Whether a mapper was heard, and then not for kSilence.
   [[nodiscard]] bool silent() const;
 
-  std::unique_ptr<client::MapFollower> follower_;
-  dds::Reader<dds::ZoneSetTopic> zone_reader_;
+  std::unique_ptr<MapFollower> follower_;
   Wakeup* wakeup_;
-  std::optional<v1::ZoneSet> zones_;
   std::uint64_t map_id_ = 0;  ///< of what the pipeline has
   std::chrono::steady_clock::time_point complete_at_{};
 };

@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "client/clearance_query.hpp"
-#include "client/column_tile.hpp"
+#include "map_sync/column_tile.hpp"
 
 namespace crane::client {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "client/held_map.hpp"
 #include "crane/client/map.hpp"
+#include "map_sync/held_map.hpp"
 
 namespace crane::client {
 

@@ -13,8 +13,9 @@
 #include "client/area_height.hpp"
 #include "client/clearance_check.hpp"
 #include "client/height_grid.hpp"
-#include "client/map_follower.hpp"
+#include "client/map_status.hpp"
 #include "map_codec/octree_stream.hpp"
+#include "map_sync/map_follower.hpp"
 
 namespace crane::client {
 namespace {
@@ -85,7 +86,7 @@ struct Map::Impl {
     Update update;
     {
       const std::shared_lock lock(follower->mutex);
-      const Status s = follower->status();
+      const Status s = status_of(*follower);
       update = {s.map_id, s.revision, s.valid, s.complete, {}};
       const double edge = follower->voxel_m() * kTileEdge;
       for (const TileKey key : changed)
@@ -150,7 +151,7 @@ Status Map::status() const noexcept {
   none.reason = kOutOfMemory;
   return answer_or(none, [&] {
     const std::shared_lock lock(impl_->follower->mutex);
-    return impl_->follower->status();
+    return status_of(*impl_->follower);
   });
 }
 
@@ -204,7 +205,7 @@ Clearance Map::clearance(const ClearanceQuery& query) const noexcept {
   return answer_or(none, [&] {
     Clearance out;
     const std::shared_lock lock(impl_->follower->mutex);
-    const Status now = impl_->follower->status();
+    const Status now = status_of(*impl_->follower);
     const bool lately = impl_->follower->lately_complete();
     if (!now.valid || !(now.complete || lately)) {
       out.reason = Reason::kMapInvalid;
@@ -219,9 +220,10 @@ Clearance Map::clearance(const ClearanceQuery& query) const noexcept {
       return out;
     }
     const HeldMap& held = impl_->follower->held();
+    const std::vector<Zone> zones = zones_of(*impl_->follower);
     const ColumnView view{
         impl_->follower->voxel_m(), [&held](TileKey key) { return held.columns(key); },
-        [&held](TileKey key) { return held.heights(key); }, &held.zones(), now.ceiling_m};
+        [&held](TileKey key) { return held.heights(key); }, &zones, now.ceiling_m};
     out = check_clearance(query, view, query.now_ns != 0 ? query.now_ns : SystemClock().now());
     out.map_id = held.map_id();
     out.revision = now.revision;
@@ -246,7 +248,7 @@ Map::VoxelCount Map::count_voxels() const noexcept {
 std::vector<Zone> Map::zones() const noexcept {
   return answer_or(std::vector<Zone>(), [&] {
     const std::shared_lock lock(impl_->follower->mutex);
-    return impl_->follower->held().zones();
+    return zones_of(*impl_->follower);
   });
 }
 

@@ -5,6 +5,8 @@
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <map>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -47,6 +49,17 @@ CRANE_SUPPORT(ClearanceRequest);
 CRANE_SUPPORT(ClearanceReply);
 CRANE_SUPPORT(ServiceStatus);
 #undef CRANE_SUPPORT
+
+namespace {
+
+/// A writer's handle begins with the number of its participant.
+ParticipantId participant_of(const rtps::InstanceHandle_t& handle) {
+  ParticipantId id;
+  for (std::size_t i = 0; i < id.size(); ++i) id[i] = handle.value[i];
+  return id;
+}
+
+}  // namespace
 
 // ---------------------------------------------------------------- received samples
 
@@ -96,10 +109,7 @@ InstanceKey Received<Type>::key() const {
 
 template <class Type>
 ParticipantId Received<Type>::writer() const {
-  ParticipantId id;
-  const auto& handle = state_->infos[0].publication_handle;  // prefix of the participant, entity
-  for (std::size_t i = 0; i < id.size(); ++i) id[i] = handle.value[i];
-  return id;
+  return participant_of(state_->infos[0].publication_handle);
 }
 
 template <class Type>
@@ -118,6 +128,8 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
   std::atomic<std::uint64_t> lost{0}, rejected{0};
   std::atomic<int> matched{0};
   std::atomic<TimeNs> told_ns{0};
+  std::mutex mutex;
+  std::map<ParticipantId, TimeNs> writers;
 
   void on_data_available(fdds::DataReader* /*reader*/) override {
     told_ns = SystemClock().now();
@@ -138,6 +150,12 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
   void on_subscription_matched(fdds::DataReader* /*reader*/,
                                const fdds::SubscriptionMatchedStatus& status) override {
     matched = status.current_count;
+    const ParticipantId who = participant_of(status.last_publication_handle);
+    const std::lock_guard lock(mutex);
+    if (status.current_count_change > 0)
+      writers.try_emplace(who, MonotonicClock().now());
+    else
+      writers.erase(who);
   }
   ~Impl() override {
     if (reader == nullptr) return;
@@ -204,6 +222,12 @@ template <class Topic>
 ReaderCounts Reader<Topic>::counts() const {
   return {impl_->received, impl_->invalid, impl_->lost + impl_->rejected, impl_->matched,
           impl_->told_ns};
+}
+
+template <class Topic>
+std::map<ParticipantId, TimeNs> Reader<Topic>::writers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->writers;
 }
 
 #define CRANE_ENDPOINTS(T)          \

@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -73,6 +74,9 @@ class Reader {
   /// logged and skipped.
   std::unique_ptr<Received<Type>> take();
   [[nodiscard]] ReaderCounts counts() const;
+  /// The processes with a writer that is matched now, and since when [monotonic]. One that was
+  /// killed is among them until its lease ends.
+  [[nodiscard]] std::map<ParticipantId, TimeNs> writers() const;
 
  private:
   explicit Reader(std::unique_ptr<Impl> impl);

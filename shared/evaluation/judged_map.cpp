@@ -121,7 +121,7 @@ JudgedMap JudgedMap::from_map(const OccupancyMap& map) {
     }
   out.hold(blocks);
   for (const Tile* tile : map.tiles()) {
-    client::HeightColumns& heights = out.tiles_[tile->key].heights;
+    HeightColumns& heights = out.tiles_[tile->key].heights;
     heights.columns = tile_heights(map, *tile, floor_tolerance_m(map.voxel_m()));
     heights.sum_up();
   }
@@ -131,7 +131,7 @@ JudgedMap JudgedMap::from_map(const OccupancyMap& map) {
 void JudgedMap::hold(const Blocks& blocks) {
   for (const auto& [key, of_tile] : blocks) {
     HeldTile& tile = tiles_[key];
-    tile.voxels = client::columns_of(of_tile);
+    tile.voxels = columns_of(of_tile);
     tile.top.assign(kTileColumns, kNone);
     for (int w = 0; w < tile.voxels.words; ++w)
       for (int c = 0; c < kTileColumns; ++c)
@@ -168,11 +168,11 @@ double JudgedMap::top_m(int x, int y) const {
 client::ColumnView JudgedMap::view() const {
   client::ColumnView view;
   view.voxel_m = voxel_m_;
-  view.voxels = [this](TileKey key) -> const client::ColumnTile* {
+  view.voxels = [this](TileKey key) -> const ColumnTile* {
     const auto at = tiles_.find(key);
     return at == tiles_.end() ? nullptr : &at->second.voxels;
   };
-  view.heights = [this](TileKey key) -> const client::HeightColumns* {
+  view.heights = [this](TileKey key) -> const HeightColumns* {
     const auto at = tiles_.find(key);
     return at == tiles_.end() || !with_heights_ ? nullptr : &at->second.heights;
   };

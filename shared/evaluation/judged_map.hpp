@@ -35,8 +35,8 @@ class JudgedMap {
  private:
   explicit JudgedMap(double voxel_m) : voxel_m_(voxel_m) {}
   struct HeldTile {
-    client::ColumnTile voxels;
-    client::HeightColumns heights;
+    ColumnTile voxels;
+    HeightColumns heights;
     std::vector<int> top;  ///< by column: highest occupied voxel
   };
   using Blocks = std::unordered_map<TileKey, std::map<int, BlockClasses>, TileKeyHash>;

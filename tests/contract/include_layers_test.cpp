@@ -49,13 +49,14 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "config", "cloud", "motion", "mapping", "map_codec"}, {"eigen"}}},
     {"shared/dds", {{"base", "geometry"}, {"fastdds", "fastrtps", "openssl"}}},
     {"shared/service", {{"base", "http", "config", "dds", "client"}, {"cli", "systemd"}}},
-    {"shared/client", {{"base", "geometry", "dds", "map_codec"}, {}}},
+    {"shared/map_sync", {{"base", "dds", "map_codec"}, {}}},
+    {"shared/client", {{"base", "geometry", "dds", "map_codec", "map_sync"}, {}}},
     {"shared/evaluation",
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
      {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "motion", "mapping",
-       "map_codec", "mapping_pipeline", "dds", "service", "client", "evaluation"},
+       "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client", "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

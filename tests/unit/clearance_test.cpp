@@ -5,7 +5,6 @@
 #include <random>
 
 #include "client/clearance_check.hpp"
-#include "client/held_map.hpp"
 #include "client/swept_area.hpp"
 #include "client/voxel_map.hpp"
 #include "client/zone_check.hpp"
@@ -502,33 +501,6 @@ TEST(Clearance, WhatIsForgottenIsStaleNotUnknown) {
     map.heights[{0, tile_of(y)}].columns[std::size_t(in_tile(y) * 32 + 5)].state =
         ColumnState::kStale;
   EXPECT_EQ(check_clearance(q, map.view(), q.now_ns).reason, Reason::kStale);
-}
-
-TEST(HeldMap, PutsBandsTogetherAndTakesThemApartWithTheDigests) {
-  HeldMap held(7);
-  DecodedTile low, high;
-  low.blocks[0].fill(0x55);   // all free
-  high.blocks[6].fill(0xAA);  // all occupied
-  const BandKey low_key{1, -2, 0}, high_key{1, -2, 1};
-  EXPECT_EQ(held.put(held.prepare(low_key, 5, 100, low)), Put::kHeld);
-  EXPECT_EQ(held.put(held.prepare(high_key, 5, 200, high)), Put::kHeld);
-  EXPECT_EQ(held.voxel_tiles(), 2U);
-  const ColumnTile* columns = held.columns({1, -2});
-  ASSERT_NE(columns, nullptr);
-  EXPECT_TRUE(columns->is_free(17, 3));
-  EXPECT_TRUE(columns->is_occupied(17, 6 * 32 + 3));
-  EXPECT_EQ(held.voxel_digests().all, tile_digest(low_key, 100) + tile_digest(high_key, 200));
-  EXPECT_EQ(held.put(held.prepare(high_key, 4, 300, low)), Put::kOlder);
-  EXPECT_EQ(held.put(held.prepare(high_key, 6, 300, DecodedTile{})), Put::kHeld);
-  held.remove_voxels(high_key);
-  held.remove_voxels(high_key);
-  EXPECT_EQ(held.voxel_tiles(), 1U);
-  EXPECT_EQ(held.voxel_digests().all, tile_digest(low_key, 100));
-  EXPECT_FALSE(held.columns({1, -2})->is_occupied(17, 6 * 32 + 3));
-  held.remove_voxels(low_key);
-  EXPECT_EQ(held.columns({1, -2}), nullptr);
-  EXPECT_EQ(held.voxel_digests().all, 0U);
-  EXPECT_TRUE(held.tiles().empty());
 }
 
 TEST(Clearance, RefusesSenselessQueries) {

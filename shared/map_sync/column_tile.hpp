@@ -7,7 +7,7 @@
 
 #include "map_codec/tile_codec.hpp"
 
-namespace crane::client {
+namespace crane {
 
 /// Columns of a row that are looked at together.
 inline constexpr int kGroup = 8;
@@ -56,4 +56,4 @@ std::size_t column_bytes(int low, int high);
 /// `blocks`: by block height index.
 ColumnTile columns_of(const std::map<int, BlockClasses>& blocks);
 
-}  // namespace crane::client
+}  // namespace crane

@@ -1,8 +1,8 @@
-#include "client/held_map.hpp"
+#include "map_sync/held_map.hpp"
 
 #include <utility>
 
-namespace crane::client {
+namespace crane {
 namespace {
 
 /// A node of a map or of a hash table beside its value.
@@ -117,11 +117,6 @@ void HeldMap::drop_if_empty(Tiles::iterator tile) {
   tiles_.erase(tile);
 }
 
-void HeldMap::put(std::uint64_t revision, std::vector<Zone> zones) {
-  zones_revision_ = revision;
-  zones_ = std::move(zones);
-}
-
 const ColumnTile* HeldMap::columns(TileKey key) const {
   const auto it = tiles_.find(key);
   return it == tiles_.end() || it->second.bands.empty() ? nullptr : &it->second.columns;
@@ -132,4 +127,4 @@ const HeightColumns* HeldMap::heights(TileKey key) const {
   return it == tiles_.end() || !it->second.heights_sample ? nullptr : &it->second.heights;
 }
 
-}  // namespace crane::client
+}  // namespace crane

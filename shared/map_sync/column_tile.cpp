@@ -1,9 +1,9 @@
-#include "client/column_tile.hpp"
+#include "map_sync/column_tile.hpp"
 
 #include <algorithm>
 #include <limits>
 
-namespace crane::client {
+namespace crane {
 
 namespace {
 
@@ -76,4 +76,4 @@ void HeightColumns::sum_up() {
   }
 }
 
-}  // namespace crane::client
+}  // namespace crane

@@ -8,11 +8,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "client/column_tile.hpp"
-#include "crane/client/zone.hpp"
 #include "map_codec/tile_codec.hpp"
+#include "map_sync/column_tile.hpp"
 
-namespace crane::client {
+namespace crane {
 
 /// What came of putting something into the map that is held.
 enum class Put {
@@ -48,7 +47,6 @@ class HeldMap {
   void forget_revisions();
   void remove_voxels(BandKey key);
   void remove_heights(TileKey key);
-  void put(std::uint64_t revision, std::vector<Zone> zones);
 
   [[nodiscard]] std::uint64_t map_id() const { return map_id_; }
   /// As the allocator gives it, but for its own few bytes a piece.
@@ -56,8 +54,6 @@ class HeldMap {
   [[nodiscard]] std::size_t max_bytes() const { return max_bytes_; }
   [[nodiscard]] const ColumnTile* columns(TileKey key) const;
   [[nodiscard]] const HeightColumns* heights(TileKey key) const;
-  [[nodiscard]] const std::vector<Zone>& zones() const { return zones_; }
-  [[nodiscard]] std::uint64_t zones_revision() const { return zones_revision_; }
   [[nodiscard]] std::uint32_t voxel_tiles() const { return voxel_tiles_; }
   [[nodiscard]] std::uint32_t height_tiles() const { return height_tiles_; }
   [[nodiscard]] const BucketDigests& voxel_digests() const { return voxel_digests_; }
@@ -87,8 +83,6 @@ class HeldMap {
   Tiles tiles_;
   BucketDigests voxel_digests_, height_digests_;
   std::uint32_t voxel_tiles_ = 0, height_tiles_ = 0;
-  std::vector<Zone> zones_;
-  std::uint64_t zones_revision_ = 0;
 };
 
-}  // namespace crane::client
+}  // namespace crane

@@ -8,7 +8,7 @@
 
 #include "dds/endpoints.hpp"
 
-namespace crane::client {
+namespace crane {
 
 /// Tiles of writers that nobody knows yet: a mapper that begins may publish before its first
 /// heartbeat is heard. They wait for it, a moment and in bounded room; the oldest give way, as they
@@ -68,4 +68,4 @@ class EarlyTiles {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace crane::client
+}  // namespace crane
