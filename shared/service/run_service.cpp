@@ -90,14 +90,11 @@ dds::Settings to_settings(const SiteConfig& config, const std::string& identity)
   dds::Settings s;
   s.crane = static_cast<std::uint32_t>(config.crane);
   s.domain = static_cast<std::uint32_t>(c.domain);
-  s.transport = c.network == Network::kWan ? dds::Transport::kWan
-                : c.shared_memory          ? dds::Transport::kAuto
-                                           : dds::Transport::kUdp;
+  s.transport = c.shared_memory ? dds::Transport::kAuto : dds::Transport::kUdp;
   s.multicast = c.network != Network::kPlant;
   s.interfaces = c.interfaces;
   s.servers = c.servers;
   s.peers = c.peers;
-  s.tcp_port = static_cast<std::uint16_t>(c.tcp_port);
   s.security = c.security;
   s.identity = c.identity.empty() ? identity : c.identity;
   s.shm_segment_bytes = static_cast<std::uint32_t>(c.shm_segment_mib) << 20U;
@@ -151,11 +148,6 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
     log_warning("not an optimised build (" CRANEMAP_BUILD_TYPE "): expect it to be slow");
 
   dds::Settings settings = to_settings(config, service_name(info.service));
-  if (!info.faces_plant && settings.transport == dds::Transport::kWan) {
-    settings.transport = dds::Transport::kAuto;
-    settings.interfaces = {"127.0.0.1"};
-  }
-  if (settings.tcp_port != 0) settings.tcp_port += static_cast<std::uint16_t>(info.service);
   if (info.adjust)
     if (auto adjusted = info.adjust(settings); !adjusted) return fail(adjusted.error());
   auto participant = dds::Participant::create(settings, info.name);
