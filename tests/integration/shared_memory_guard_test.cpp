@@ -6,6 +6,7 @@
 #include <fastdds/rtps/common/LocatorList.hpp>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "domain.hpp"
@@ -93,6 +94,43 @@ TEST(SharedMemoryGuard, MalformedMessagesAreRefusedAndTheRestComesOnce) {
     EXPECT_EQ((*sample)->revision(), n);
   }
   EXPECT_EQ(receiver->refused_datagrams(), sent);
+}
+
+/// Segments for messages ("fastrtps_" and 16 digits) that this process has mapped.
+std::set<std::string> segments() {
+  std::set<std::string> out;
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);)
+    if (const std::size_t at = line.find("/dev/shm/fastrtps_");
+        at != std::string::npos && line.find("_port", at) == std::string::npos)
+      out.insert(line.substr(at, line.find(' ', at) - at));
+  return out;
+}
+
+/// Its sender is gone, its memory cleared, before the first message was taken.
+TEST(SharedMemoryGuard, AMessageWhoseSegmentIsGoneKeepsNobodyFromTheNext) {
+  const std::set<std::uint32_t> before = claimed();
+  auto receiver = *Participant::create(test::settings(), "receiver");
+  std::set<std::uint32_t> ports = claimed();
+  std::erase_if(ports, [&before](std::uint32_t port) { return before.contains(port); });
+  ASSERT_EQ(ports.size(), 1U) << "another process started meanwhile";
+  auto reader = *Reader<MapStatusTopic>::create(receiver, nullptr);
+  {
+    const std::set<std::string> others = segments();
+    RawSender raw(*ports.begin());
+    for (const std::string& name : segments())
+      if (!others.contains(name)) std::filesystem::remove(name);
+    raw.send({'R', 'T', 'P', 'S'});
+    EXPECT_TRUE(eventually([&] { return receiver->refused_datagrams() > 0; }));
+  }
+  auto sender = *Participant::create(test::settings(), "sender");
+  auto writer = *Writer<MapStatusTopic>::create(sender);
+  v1::MapStatus status;
+  status.crane(1);
+  status.voxel_m(0.1);
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.counts().matched == 1; }));
+  ASSERT_TRUE(writer.write(status));
+  EXPECT_TRUE(eventually([&] { return reader.take() != nullptr; }));
 }
 
 }  // namespace
