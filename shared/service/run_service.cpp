@@ -52,18 +52,23 @@ void end_on_exceptions() {
   std::set_terminate([] {
     reserve.reset();
     alarm(2);  // the log may be held by the thread that threw
+    std::string why;
     try {
       if (const std::exception_ptr thrown = std::current_exception())
         std::rethrow_exception(thrown);
-      log_error("ended without an exception: a bug");
+      why = "ended without an exception: a bug";
     } catch (const std::bad_alloc&) {
-      log_error("memory ran out -> give it more ('ulimit -v', the container's limit)");
+      why = "memory ran out -> give it more ('ulimit -v', the container's limit)";
     } catch (const std::exception& e) {
-      log_error(std::string("ended by what nothing expected: ") + e.what() +
-                " -> a limit ('ulimit -a'), or a bug");
+      why = std::string("ended by what nothing expected: ") + e.what() +
+            " -> a limit ('ulimit -a'), or a bug";
     } catch (...) {
-      log_error("ended by something thrown that is no exception: a bug");
+      why = "ended by something thrown that is no exception: a bug";
     }
+    log_error(why);
+    // The log's own thread may be what there was no room for.
+    if (!flush_log(std::chrono::milliseconds(300)))
+      (void)!write(STDERR_FILENO, ("ERROR " + why + "\n").c_str(), why.size() + 7);
     std::_Exit(kExitResource);
   });
 }

@@ -24,6 +24,8 @@ class Folder {
     crane::StereoRig rig;
     rig.left = rig.right = {1280, 720, 800, 800, 640, 360};
     rig.T_left_right.translation().x() = 0.12;
+    rig.T_map_camera_at_zero.rotate(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+    rig.T_map_camera_at_zero.translation().z() = 2.5;
     crane::HeightMap heights;
     heights.columns = heights.rows = 4;
     heights.height_mm.assign(16, 7);

@@ -18,14 +18,34 @@ namespace ert = eprosima::fastdds::rtps;
 namespace rtps = eprosima::fastrtps::rtps;
 using test::eventually;
 
-/// Ports of shared memory that processes of ours listen at.
-std::set<std::uint32_t> claimed() {
-  static const std::string kPrefix = "cranemap_port_";
-  std::set<std::uint32_t> out;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev/shm"))
-    if (const std::string name = entry.path().filename(); name.starts_with(kPrefix))
-      out.insert(static_cast<std::uint32_t>(std::stoul(name.substr(kPrefix.size()))));
+/// Files of Fast DDS in shared memory that this process has mapped, of which the name goes on so.
+std::set<std::string> mapped(const std::string& prefix) {
+  std::set<std::string> out;
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);)
+    if (const std::size_t at = line.find("/dev/shm/" + prefix); at != std::string::npos)
+      out.insert(line.substr(at, line.find(' ', at) - at));
   return out;
+}
+
+/// Those with which somebody who was just made begins.
+std::set<std::string> new_since(const std::set<std::string>& before, const std::string& prefix) {
+  std::set<std::string> now = mapped(prefix);
+  std::erase_if(now, [&before](const std::string& name) { return before.contains(name); });
+  return now;
+}
+
+constexpr const char* kPort = "fastrtps_port";
+
+/// A participant and the port at which it listens.
+std::pair<std::shared_ptr<Participant>, std::uint32_t> participant_with_port() {
+  const std::set<std::string> before = mapped(kPort);
+  auto participant = *Participant::create(test::settings(), "receiver");
+  const std::set<std::string> ports = new_since(before, kPort);
+  EXPECT_EQ(ports.size(), 1U);
+  const std::string name = ports.empty() ? "/dev/shm/fastrtps_port0" : *ports.begin();
+  return {participant, static_cast<std::uint32_t>(
+                           std::stoul(name.substr(std::string("/dev/shm/").size() + 13)))};
 }
 
 /// Sends bytes to a port as Fast DDS sends messages.
@@ -55,19 +75,15 @@ class RawSender {
 };
 
 TEST(SharedMemoryGuard, MalformedMessagesAreRefusedAndTheRestComesOnce) {
-  const std::set<std::uint32_t> before = claimed();
   Wakeup wakeup;
-  auto receiver = *Participant::create(test::settings(), "receiver");
-  std::set<std::uint32_t> ports = claimed();
-  std::erase_if(ports, [&before](std::uint32_t port) { return before.contains(port); });
-  ASSERT_EQ(ports.size(), 1U) << "another process started meanwhile";
+  const auto [receiver, port] = participant_with_port();
   auto sender = *Participant::create(test::settings(), "sender");
   auto writer = *Writer<MapStatusTopic>::create(sender);
   auto reader = *Reader<MapStatusTopic>::create(receiver, &wakeup);
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.counts().matched == 1; }));
   EXPECT_EQ(receiver->refused_datagrams(), 0U);
 
-  RawSender raw(*ports.begin());
+  RawSender raw(port);
   std::uint64_t sent = 0;
   const std::vector<rtps::octet> header = {'R', 'T', 'P', 'S', 2, 2, 1, 15, 1,  2,
                                            3,   4,   5,   6,   7, 8, 9, 10, 11, 12};
@@ -78,7 +94,7 @@ TEST(SharedMemoryGuard, MalformedMessagesAreRefusedAndTheRestComesOnce) {
     bytes.resize(bytes.size() + length + 4U);
     raw.send(bytes);
   }
-  raw.send({'R', 'T', 'P'});
+  raw.send(std::vector<rtps::octet>(64, 'x'));
   ++sent;
   EXPECT_TRUE(eventually([&] { return receiver->refused_datagrams() >= sent; }))
       << receiver->refused_datagrams();
@@ -96,32 +112,19 @@ TEST(SharedMemoryGuard, MalformedMessagesAreRefusedAndTheRestComesOnce) {
   EXPECT_EQ(receiver->refused_datagrams(), sent);
 }
 
-/// Segments for messages ("fastrtps_" and 16 digits) that this process has mapped.
-std::set<std::string> segments() {
-  std::set<std::string> out;
-  std::ifstream maps("/proc/self/maps");
-  for (std::string line; std::getline(maps, line);)
-    if (const std::size_t at = line.find("/dev/shm/fastrtps_");
-        at != std::string::npos && line.find("_port", at) == std::string::npos)
-      out.insert(line.substr(at, line.find(' ', at) - at));
-  return out;
-}
-
 /// Its sender is gone, its memory cleared, before the first message was taken.
 TEST(SharedMemoryGuard, AMessageWhoseSegmentIsGoneKeepsNobodyFromTheNext) {
-  const std::set<std::uint32_t> before = claimed();
-  auto receiver = *Participant::create(test::settings(), "receiver");
-  std::set<std::uint32_t> ports = claimed();
-  std::erase_if(ports, [&before](std::uint32_t port) { return before.contains(port); });
-  ASSERT_EQ(ports.size(), 1U) << "another process started meanwhile";
+  const auto [receiver, port] = participant_with_port();
   auto reader = *Reader<MapStatusTopic>::create(receiver, nullptr);
   {
-    const std::set<std::string> others = segments();
-    RawSender raw(*ports.begin());
-    for (const std::string& name : segments())
-      if (!others.contains(name)) std::filesystem::remove(name);
-    raw.send({'R', 'T', 'P', 'S'});
-    EXPECT_TRUE(eventually([&] { return receiver->refused_datagrams() > 0; }));
+    const std::set<std::string> others = mapped("fastrtps_");
+    RawSender raw(port);
+    const std::set<std::string> its = new_since(others, "fastrtps_");
+    ASSERT_EQ(its.size(), 1U);
+    std::filesystem::remove(*its.begin());
+    raw.send(std::vector<rtps::octet>(64, 'x'));
+    const auto& at = receiver;
+    EXPECT_TRUE(eventually([&at] { return at->refused_datagrams() > 0; }));
   }
   auto sender = *Participant::create(test::settings(), "sender");
   auto writer = *Writer<MapStatusTopic>::create(sender);

@@ -242,7 +242,7 @@ TEST_F(BadInput, LimitsOfTheShellAreSaid) {
     const Finished done = shell(std::string("ulimit ") + limit + ";", stereo, folder_);
     if (done.code == 127) continue;  // not even its libraries
     EXPECT_TRUE(done.code == 3 || done.code == 2) << limit << ": " << done.code << done.output;
-    EXPECT_NE(done.output.find("ERROR"), std::string::npos) << limit << done.output;
+    EXPECT_NE(done.output.find("ERROR"), std::string::npos) << limit << done.code << done.output;
     refused += done.code == 3;
   }
   EXPECT_GE(refused, 4);
