@@ -27,6 +27,7 @@ class Folder {
     rig.T_map_camera_at_zero.rotate(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
     rig.T_map_camera_at_zero.translation().z() = 2.5;
     crane::HeightMap heights;
+    heights.cell_m = 0.01;
     heights.columns = heights.rows = 4;
     heights.height_mm.assign(16, 7);
     if (!crane::write_rig(rig, path_, 10) ||
