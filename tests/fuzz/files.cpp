@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -45,13 +46,19 @@ class Folder {
     const std::string file = path_ + "/" + name;
     std::ifstream before(file, std::ios::binary);
     const std::string sound((std::istreambuf_iterator<char>(before)), {});
-    std::ofstream(file, std::ios::binary | std::ios::trunc) << content;
+    put(file, content);
     read();
-    std::ofstream(file, std::ios::binary | std::ios::trunc) << sound;
+    put(file, sound);
   }
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  /// A new file: to cut an old one off and write it again has ext4 wait for the disk.
+  static void put(const std::string& file, const std::string& content) {
+    std::remove(file.c_str());
+    std::ofstream(file, std::ios::binary) << content;
+  }
+
   std::string path_;
 };
 
