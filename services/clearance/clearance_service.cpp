@@ -45,7 +45,7 @@ int run_clearance(int argc, char** argv) {
                          "May the load go there? Topic clearance_request in, clearance_reply out, "
                          "from the map as it is published.\nExample: cranemap-clearance --config "
                          "site.yaml",
-                         v1::SERVICE_CLEARANCE, true};
+                         v1::SERVICE_CLEARANCE};
   return run_service(
       argc, argv, info, [](CLI::App&) {}, serve);
 }

@@ -368,7 +368,7 @@ int run_mapper(int argc, char** argv) {
       "Clouds and positions to the map: topics partial_cloud and "
       "rangefinder_position in;\nmap_tile, height_tile, octree_map and map_status "
       "out.\nExample: cranemap-mapper --calibration RECORDING --save OUT",
-      v1::SERVICE_MAPPER, true};
+      v1::SERVICE_MAPPER};
   return run_service(
       argc, argv, info,
       [&](CLI::App& app) {

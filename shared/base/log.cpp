@@ -118,10 +118,10 @@ Log& the_log();
 Log& the_log() {
   static Log* const kOne = [] {
     auto* log = new Log;
-    std::atexit([] { flush_log(kAtExit); });
+    std::atexit([] { (void)flush_log(kAtExit); });
     last_words() = [](const char* text) {
       the_log().put(text);
-      flush_log(kAtExit);
+      (void)flush_log(kAtExit);
     };
     return log;
   }();
@@ -142,8 +142,8 @@ void log(LogLevel level, const std::string& text) {
   the_log().say(level, text);
 }
 
-void flush_log(std::chrono::milliseconds limit) {
-  (void)the_log().flush(limit);
+bool flush_log(std::chrono::milliseconds limit) {
+  return the_log().flush(limit);
 }
 
 std::uint64_t log_lines_left_out() {

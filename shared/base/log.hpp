@@ -30,7 +30,8 @@ inline void log_error(const std::string& text) {
 }
 
 /// Waits until all is written, at most so long. Done when the process exits, and before it aborts.
-void flush_log(std::chrono::milliseconds limit);
+/// False: not all of it is.
+bool flush_log(std::chrono::milliseconds limit);
 
 /// Lines that were never written.
 std::uint64_t log_lines_left_out();

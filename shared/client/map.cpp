@@ -29,7 +29,6 @@ constexpr double kClocksAgree_s = 1;
 constexpr auto kTurnsWithin = 10s;
 
 dds::Transport transport_of(const Options& o) {
-  if (o.network == Options::Network::kWan) return dds::Transport::kWan;
   return o.network == Options::Network::kLocal && o.shared_memory ? dds::Transport::kAuto
                                                                   : dds::Transport::kUdp;
 }
@@ -124,7 +123,6 @@ std::unique_ptr<Map> Map::join_or_throw(const Options& options, std::string& err
   settings.interfaces = options.interfaces;
   settings.servers = options.servers;
   settings.peers = options.peers;
-  settings.tcp_port = options.tcp_port;
   settings.security = options.security;
   settings.identity = options.identity;
   settings.profile_file = options.profile_file;

@@ -13,7 +13,7 @@ namespace crane {
 namespace {
 
 /// As DdsConfig::Network counts.
-const std::vector<std::string> kNetworks = {"local", "container", "plant", "wan"};
+const std::vector<std::string> kNetworks = {"local", "container", "plant"};
 
 /// "host:port"; the host may be a name.
 bool has_port(const std::string& text) {
@@ -29,13 +29,19 @@ void read_dds(YamlReader y, DdsConfig& c) {
   using Network = DdsConfig::Network;
   int network = 0;
   y.integer("domain", c.domain, 0, 232);
-  y.choice("network", kNetworks, network);
+  std::string called;
+  y.text("network", called);
+  if (called == "wan")
+    y.problem("network",
+              "'wan' is gone: Fast DDS's TCP ends by 18 bytes of anybody. Use network: plant with "
+              "peers, through a tunnel: deploy/network/README.md shows one");
+  else
+    y.choice("network", kNetworks, network);
+  if (y.has("tcp_port")) y.problem("tcp_port", "is gone, as network: wan is");
   c.network = static_cast<Network>(network);
   if (c.network != Network::kLocal) c.interfaces.clear();
-  c.shared_memory = c.network == Network::kLocal || c.network == Network::kWan;
+  c.shared_memory = c.network == Network::kLocal;
   y.flag("shared_memory", c.shared_memory);
-  if (c.network == Network::kWan && !c.shared_memory)
-    y.problem("shared_memory", "belongs to network: wan");
   const bool named = y.has("interfaces");
   y.texts("interfaces", c.interfaces);
   for (const std::string& address : c.interfaces)
@@ -45,7 +51,6 @@ void read_dds(YamlReader y, DdsConfig& c) {
                                   "networks (/8) and IPv6 are not known to Fast DDS");
   y.texts("servers", c.servers);
   y.texts("peers", c.peers);
-  y.integer("tcp_port", c.tcp_port, 0, 65'500);
   y.text("security", c.security);
   y.text("identity", c.identity);
   y.integer("shm_segment_mib", c.shm_segment_mib, 16, 1024);
@@ -59,19 +64,13 @@ void read_dds(YamlReader y, DdsConfig& c) {
     if (c.servers.empty() && c.peers.empty())
       y.problem("servers", "or peers must be given: a plant's network has no multicast");
   }
-  if (c.network == Network::kWan && c.tcp_port == 0 && c.peers.empty())
-    y.problem("tcp_port", "or peers must be given: somebody listens, the others connect");
   if (!c.servers.empty() && !c.security.empty())
     y.problem("servers", "do not go with security: Fast DDS 2.9 ends by an assertion; give peers");
   if (!c.servers.empty() && c.network != Network::kPlant)
     y.problem("servers", "are for network: plant");
-  if (c.tcp_port != 0 && c.network != Network::kWan) y.problem("tcp_port", "is for network: wan");
   if (c.servers.size() > 4) y.problem("servers", "are more than 4");
   for (const std::string& server : c.servers)
     if (!has_port(server)) y.problem("servers", "'" + server + "' must be host:port");
-  for (const std::string& peer : c.peers)
-    if (c.network == Network::kWan && !has_port(peer))
-      y.problem("peers", "'" + peer + "' must be host:port");
 }
 
 void read_http(YamlReader y, HttpConfig& c) {
@@ -261,7 +260,6 @@ std::string to_yaml(const SiteConfig& c) {
     << "  interfaces: " << list(c.dds.interfaces) << "\n"
     << "  servers: " << list(c.dds.servers) << "\n"
     << "  peers: " << list(c.dds.peers) << "\n"
-    << "  tcp_port: " << c.dds.tcp_port << "\n"
     << "  security: " << quoted(c.dds.security) << "\n"
     << "  identity: " << quoted(c.dds.identity) << "\n"
     << "  shared_memory: " << (c.dds.shared_memory ? "true" : "false") << "\n"

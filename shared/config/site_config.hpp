@@ -13,17 +13,17 @@ namespace crane {
 
 struct DdsConfig {
   /// local: one host, zero-copy. container: UDP, multicast discovery, no shared memory.
-  /// plant: UDP, discovery by servers or peers only. wan: local, and TCP to other hosts.
-  enum class Network { kLocal, kContainer, kPlant, kWan };
+  /// plant: UDP, discovery by servers or peers only; over routers as well, to far hosts in a
+  /// tunnel.
+  enum class Network { kLocal, kContainer, kPlant };
   int domain = 0;  ///< 0..232
   Network network = Network::kLocal;
-  /// IPv4; empty = all. Default: loopback for local, all for container and wan; plant must say.
+  /// IPv4; empty = all. Default: loopback for local, all for container; plant must say.
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::vector<std::string> servers;  ///< discovery servers "host:port", for plant; 1 to 4
-  std::vector<std::string> peers;    ///< hosts to look for; wan: "host:port"
-  int tcp_port = 0;  ///< wan: services listen at it plus their number, as http; 0 = only connect
-  std::string security;  ///< folder of deploy/security/make; empty = off
-  std::string identity;  ///< of that folder; empty = by the program's name
+  std::vector<std::string> peers;    ///< hosts to look for
+  std::string security;              ///< folder of deploy/security/make; empty = off
+  std::string identity;              ///< of that folder; empty = by the program's name
   bool shared_memory =
       true;                  ///< between processes of this host; default false for container, plant
   int shm_segment_mib = 64;  ///< 16..1024

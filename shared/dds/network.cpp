@@ -1,7 +1,6 @@
 #include "dds/network.hpp"
 
 #include <fastdds/rtps/attributes/ServerAttributes.h>
-#include <fastdds/rtps/transport/TCPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/TransportInterface.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
@@ -27,19 +26,16 @@ using rtps::IPLocator;
 constexpr std::uint32_t kParticipantsPerHost = 32;
 
 /// Of "host" or "host:port".
-Result<rtps::Locator_t> locator(const std::string& text, std::int32_t kind, const char* key) {
+Result<rtps::Locator_t> locator(const std::string& text, const char* key) {
   const auto address = resolve_ipv4(text, std::string("dds.") + key);
   if (!address) return address.error();
   int port = 0;
   if (const auto colon = text.rfind(':'); colon != std::string::npos)
     std::from_chars(text.data() + colon + 1, text.data() + text.size(), port);
   rtps::Locator_t out;
-  out.kind = kind;
+  out.kind = LOCATOR_KIND_UDPv4;
   IPLocator::setIPv4(out, *address);
-  if (kind == LOCATOR_KIND_TCPv4)
-    IPLocator::setPhysicalPort(out, static_cast<std::uint16_t>(port));
-  else
-    out.port = static_cast<std::uint32_t>(port);
+  out.port = static_cast<std::uint32_t>(port);
   return out;
 }
 
@@ -63,7 +59,7 @@ Result<void> set_servers(const Settings& settings,
   Result<void> found = Error{ErrorCode::kResource, "dds.servers", "none has an address", ""};
   for (std::size_t i = 0; i < settings.servers.size(); ++i) {
     const int id = static_cast<int>(i);
-    const auto at = locator(settings.servers[i], LOCATOR_KIND_UDPv4, "servers");
+    const auto at = locator(settings.servers[i], "servers");
     if (!at && id == settings.server_id) return at.error();
     if (!at) {  // one is enough: its host may be down
       log_warning(at.error().text());
@@ -92,13 +88,12 @@ Result<void> set_servers(const Settings& settings,
 Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
                          const Settings& settings, std::uint32_t shm_port) {
   if (auto known = check_interfaces(settings.interfaces); !known) return known;
-  const bool wan = settings.transport == Transport::kWan;
   auto& transports = qos.transport().user_transports;
   qos.transport().use_builtin_transports = false;
   auto udp = std::make_shared<ert::UDPv4TransportDescriptor>();
   udp->sendBufferSize = settings.udp_buffer_bytes;
   udp->receiveBufferSize = settings.udp_buffer_bytes;
-  udp->interfaceWhiteList = wan ? std::vector<std::string>{"127.0.0.1"} : settings.interfaces;
+  udp->interfaceWhiteList = settings.interfaces;
   udp->maxInitialPeersRange = kParticipantsPerHost;
   transports.push_back(udp);
   if (settings.transport != Transport::kUdp) {
@@ -113,26 +108,14 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
     rtps::Locator_t by_rule;  // port 0: that of domain and participant
     by_rule.kind = LOCATOR_KIND_UDPv4;
     data.push_back(by_rule);
-    if (wan) {
-      by_rule.kind = LOCATOR_KIND_TCPv4;
-      data.push_back(by_rule);
-    }
-  }
-  if (wan) {
-    auto tcp = std::make_shared<ert::TCPv4TransportDescriptor>();
-    tcp->interfaceWhiteList = settings.interfaces;
-    tcp->calculate_crc = tcp->check_crc = true;
-    if (settings.tcp_port != 0) tcp->add_listener_port(settings.tcp_port);
-    transports.push_back(tcp);
   }
   auto& builtin = qos.wire_protocol().builtin;
   builtin.discovery_config.leaseDuration = Duration_t(5.0);
   builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0.5);
   builtin.discovery_config.initial_announcements.count = 20;
   builtin.discovery_config.initial_announcements.period = Duration_t(0.1);
-  const std::int32_t kind = wan ? LOCATOR_KIND_TCPv4 : LOCATOR_KIND_UDPv4;
   for (const std::string& peer : settings.peers) {
-    auto at = locator(peer, kind, "peers");
+    auto at = locator(peer, "peers");
     if (!at) return at.error();
     builtin.initialPeersList.push_back(*at);
   }
@@ -140,10 +123,6 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
   rtps::Locator_t unicast;
   unicast.kind = LOCATOR_KIND_UDPv4;
   builtin.metatrafficUnicastLocatorList.push_back(unicast);
-  if (wan) {
-    unicast.kind = LOCATOR_KIND_TCPv4;
-    builtin.metatrafficUnicastLocatorList.push_back(unicast);
-  }
   if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
   if (!settings.multicast) return {};
   rtps::Locator_t multicast;

@@ -1,5 +1,6 @@
 #include "dds/participant.hpp"
 
+#include <fastdds/rtps/transport/TCPTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -75,18 +76,26 @@ void own_process() {
 
 namespace {
 
-/// A check before every transport that listens to the network. What a profile leaves to Fast DDS
+/// A check before every transport. What a profile leaves to Fast DDS
 /// (UDP and shared memory) is made here instead, so that it can be checked as well.
-void guard_transports(fdds::DomainParticipantQos& qos, const std::shared_ptr<GuardCounts>& counts) {
+/// Error: Configuration for TCP: what breaks it are its own messages, which no check sees.
+Result<void> guard_transports(fdds::DomainParticipantQos& qos,
+                              const std::shared_ptr<GuardCounts>& counts) {
   using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
   auto& transports = qos.transport().user_transports;
   if (std::exchange(qos.transport().use_builtin_transports, false)) {
     transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
     transports.push_back(std::make_shared<SharedMemTransportDescriptor>());
   }
-  for (auto& transport : transports)
-    if (dynamic_cast<SharedMemTransportDescriptor*>(transport.get()) == nullptr)
-      transport = guarded(transport, counts);
+  for (auto& transport : transports) {
+    if (dynamic_cast<const eprosima::fastdds::rtps::TCPTransportDescriptor*>(transport.get()) !=
+        nullptr)
+      return Error{ErrorCode::kConfiguration, "dds.profile_file",
+                   "has a TCP transport: Fast DDS 2.9 is ended by 18 bytes that it receives there",
+                   "use UDP to peers, through a tunnel: deploy/network/README.md"};
+    transport = guarded(transport, counts);
+  }
+  return {};
 }
 
 Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& qos) {
@@ -152,7 +161,8 @@ Result<std::shared_ptr<Participant>> Participant::create(
       log_warning(buffers.error().text());
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
-  if (settings.guard_datagrams) guard_transports(qos, impl->guard);
+  if (settings.guard_datagrams)
+    if (auto guarded = guard_transports(qos, impl->guard); !guarded) return guarded.error();
   qos.name(name);
   ++participants();
 
@@ -169,10 +179,10 @@ Result<std::shared_ptr<Participant>> Participant::create(
       !is_port_open(impl->shm_port.number)) {
     impl->participant->set_listener(nullptr);
     factory->delete_participant(impl->participant);
-    return Error{
-        ErrorCode::kResource, "/dev/shm",
-        "Fast DDS could not make its port there: the memory was taken meanwhile",
-        "enlarge the tmpfs (containers: --shm-size=512m), or set dds.shared_memory: false"};
+    return Error{ErrorCode::kResource, "/dev/shm",
+                 "Fast DDS could not make its port there: no memory or no file descriptors left",
+                 "enlarge the tmpfs (containers: --shm-size=512m), raise 'ulimit -n', or set "
+                 "dds.shared_memory: false"};
   }
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;

@@ -10,7 +10,6 @@ namespace crane::dds {
 enum class Transport {
   kAuto,  ///< zero-copy on one host where both ends can, else shared memory, else UDP
   kUdp,   ///< UDP only
-  kWan,   ///< as kAuto between processes of this host; TCP to others, through routers and firewalls
 };
 
 /// How a process joins the plant's DDS network.
@@ -25,8 +24,7 @@ struct Settings {
   /// Discovery servers "host:port" instead of multicast; number n of the list has n as its id.
   std::vector<std::string> servers;
   int server_id = -1;              ///< this participant is that discovery server; -1 = none
-  std::vector<std::string> peers;  ///< further hosts to announce ourselves to; kWan: "host:port"
-  std::uint16_t tcp_port = 0;      ///< kWan: where to listen; 0 = only connect to peers
+  std::vector<std::string> peers;  ///< further hosts to announce ourselves to
   /// DDS Security: a folder of certificates and permissions, see deploy/security; empty = off.
   std::string security;
   std::string identity;  ///< who this is, of that folder

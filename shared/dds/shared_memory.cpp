@@ -198,7 +198,9 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
 }
 
 bool is_port_open(std::uint32_t number, const std::string& directory) {
-  return is_something(directory + "/" + kPortPrefix + std::to_string(number));
+  const std::string port = directory + "/" + kPortPrefix + std::to_string(number);
+  // Held by whoever listens; a killed listener's file is there, too.
+  return is_something(port) && is_something(port + "_el") && !TryLock(port + "_el").held();
 }
 
 std::size_t remove_stale_segments(const std::string& directory) {

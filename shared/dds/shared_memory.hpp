@@ -44,7 +44,7 @@ struct ShmPort {
 /// Error: Resource when the directory cannot be written, or all 4096 are taken.
 Result<ShmPort> claim_shm_port(const std::string& directory = "/dev/shm");
 
-/// Whether Fast DDS has made the port.
+/// Whether somebody listens at the port.
 bool is_port_open(std::uint32_t number, const std::string& directory = "/dev/shm");
 
 /// Removes what dead processes left in shared memory: data-sharing segments with one of our locks

@@ -15,7 +15,6 @@ inline client::Options client_options(const SiteConfig& c, const std::string& id
   o.interfaces = c.dds.interfaces;
   o.servers = c.dds.servers;
   o.peers = c.dds.peers;
-  o.tcp_port = static_cast<std::uint16_t>(c.dds.tcp_port);
   o.security = c.dds.security;
   o.identity = c.dds.identity.empty() ? identity : c.dds.identity;
   o.profile_file = c.dds.profile_file;

@@ -52,18 +52,23 @@ void end_on_exceptions() {
   std::set_terminate([] {
     reserve.reset();
     alarm(2);  // the log may be held by the thread that threw
+    std::string why;
     try {
       if (const std::exception_ptr thrown = std::current_exception())
         std::rethrow_exception(thrown);
-      log_error("ended without an exception: a bug");
+      why = "ended without an exception: a bug";
     } catch (const std::bad_alloc&) {
-      log_error("memory ran out -> give it more ('ulimit -v', the container's limit)");
+      why = "memory ran out -> give it more ('ulimit -v', the container's limit)";
     } catch (const std::exception& e) {
-      log_error(std::string("ended by what nothing expected: ") + e.what() +
-                " -> a limit ('ulimit -a'), or a bug");
+      why = std::string("ended by what nothing expected: ") + e.what() +
+            " -> a limit ('ulimit -a'), or a bug";
     } catch (...) {
-      log_error("ended by something thrown that is no exception: a bug");
+      why = "ended by something thrown that is no exception: a bug";
     }
+    log_error(why);
+    // The log's own thread may be what there was no room for.
+    if (!flush_log(std::chrono::milliseconds(300)))
+      (void)!write(STDERR_FILENO, ("ERROR " + why + "\n").c_str(), why.size() + 7);
     std::_Exit(kExitResource);
   });
 }
@@ -90,14 +95,11 @@ dds::Settings to_settings(const SiteConfig& config, const std::string& identity)
   dds::Settings s;
   s.crane = static_cast<std::uint32_t>(config.crane);
   s.domain = static_cast<std::uint32_t>(c.domain);
-  s.transport = c.network == Network::kWan ? dds::Transport::kWan
-                : c.shared_memory          ? dds::Transport::kAuto
-                                           : dds::Transport::kUdp;
+  s.transport = c.shared_memory ? dds::Transport::kAuto : dds::Transport::kUdp;
   s.multicast = c.network != Network::kPlant;
   s.interfaces = c.interfaces;
   s.servers = c.servers;
   s.peers = c.peers;
-  s.tcp_port = static_cast<std::uint16_t>(c.tcp_port);
   s.security = c.security;
   s.identity = c.identity.empty() ? identity : c.identity;
   s.shm_segment_bytes = static_cast<std::uint32_t>(c.shm_segment_mib) << 20U;
@@ -151,11 +153,6 @@ int run_service(int argc, char** argv, const ServiceInfo& info,
     log_warning("not an optimised build (" CRANEMAP_BUILD_TYPE "): expect it to be slow");
 
   dds::Settings settings = to_settings(config, service_name(info.service));
-  if (!info.faces_plant && settings.transport == dds::Transport::kWan) {
-    settings.transport = dds::Transport::kAuto;
-    settings.interfaces = {"127.0.0.1"};
-  }
-  if (settings.tcp_port != 0) settings.tcp_port += static_cast<std::uint16_t>(info.service);
   if (info.adjust)
     if (auto adjusted = info.adjust(settings); !adjusted) return fail(adjusted.error());
   auto participant = dds::Participant::create(settings, info.name);

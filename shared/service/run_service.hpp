@@ -30,10 +30,9 @@ struct ServiceContext {
 };
 
 struct ServiceInfo {
-  std::string name;          ///< "cranemap-camera"
-  std::string description;   ///< first lines of --help
-  std::uint32_t service;     ///< v1::SERVICE_*
-  bool faces_plant = false;  ///< is reached over TCP in network: wan; the others stay on their host
+  std::string name;         ///< "cranemap-camera"
+  std::string description;  ///< first lines of --help
+  std::uint32_t service;    ///< v1::SERVICE_*
   /// What of the settings the command line decides; may be empty.
   std::function<Result<void>(dds::Settings&)> adjust = {};
 };

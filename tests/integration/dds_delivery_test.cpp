@@ -140,13 +140,42 @@ TEST(TileDelivery, ALateJoinerGetsTheLastStateOfEveryTile) {
 TEST(Participant, CranesAreKeptApart) {
   Settings other = test::settings();
   other.crane = 2;
+  // Two of each crane, made crosswise: who meets the other of its own had time to meet the rest.
   auto one = *Participant::create(test::settings(), "one");
   auto two = *Participant::create(other, "two");
-  auto writer = *Writer<MapStatusTopic>::create(one);
-  auto reader = *Reader<MapStatusTopic>::create(two, nullptr);
-  std::this_thread::sleep_for(std::chrono::milliseconds(700));
-  EXPECT_EQ(writer.matched(), 0);
-  EXPECT_EQ(reader.counts().matched, 0);
+  auto reader_two = *Reader<MapStatusTopic>::create(two, nullptr);
+  auto writer_one = *Writer<MapStatusTopic>::create(one);
+  auto one_too = *Participant::create(test::settings(), "one, too");
+  auto two_too = *Participant::create(other, "two, too");
+  auto writer_two = *Writer<MapStatusTopic>::create(two_too);
+  auto reader_one = *Reader<MapStatusTopic>::create(one_too, nullptr);
+  const auto all_met = [&] {
+    return writer_one.matched() > 0 && writer_two.matched() > 0 &&
+           reader_one.counts().matched > 0 && reader_two.counts().matched > 0;
+  };
+  ASSERT_TRUE(eventually(all_met));
+  const auto status_of = [](std::uint32_t crane) {
+    v1::MapStatus status;
+    status.crane(crane);
+    status.voxel_m(0.1);
+    return status;
+  };
+  std::size_t heard = 0;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(writer_one.write(status_of(1)));
+    ASSERT_TRUE(writer_two.write(status_of(2)));
+    for (auto [reader, crane] : {std::pair{&reader_one, 1U}, std::pair{&reader_two, 2U}}) {
+      std::unique_ptr<Received<v1::MapStatus>> sample;
+      ASSERT_TRUE(eventually([&] { return (sample = reader->take()) != nullptr; }));
+      EXPECT_EQ((*sample)->crane(), crane);
+      ++heard;
+    }
+  }
+  EXPECT_EQ(heard, 40U);
+  EXPECT_EQ(writer_one.matched(), 1);
+  EXPECT_EQ(writer_two.matched(), 1);
+  EXPECT_EQ(reader_one.counts().matched, 1);
+  EXPECT_EQ(reader_two.counts().matched, 1);
 }
 
 TEST(Participant, SaysWhatIsWrongWithItsSettings) {
@@ -163,17 +192,20 @@ TEST(Participant, SaysWhatIsWrongWithItsSettings) {
 }
 
 TEST(Participant, NoFreeUdpPortIsAnErrorThatSaysSo) {
-  // Occupy every unicast port of a domain: 7400 + 250 * domain + 10 + 2 * participant, and +11.
+  // Occupy what participants discover at: 7400 + 250 * domain + 10 + 2 * participant, up to the
+  // next domain's. Some may be taken already.
   constexpr std::uint32_t kDomain = 99;
+  constexpr int kFirst = 7400 + 250 * int(kDomain) + 10;
   std::vector<int> sockets;
-  for (int port = 7400 + 250 * int(kDomain) + 10; port < 7400 + 250 * int(kDomain) + 4000; ++port) {
-    const int s = socket(AF_INET, SOCK_DGRAM, 0);
+  for (int port = kFirst; port < kFirst + 240; port += 2) {
+    const int s = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ASSERT_GE(s, 0);
+    sockets.push_back(s);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
-    if (bind(s, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) sockets.push_back(s);
+    (void)bind(s, reinterpret_cast<sockaddr*>(&address), sizeof address);
   }
-  ASSERT_GT(sockets.size(), 3000U);
   Settings s = test::settings(Transport::kUdp);
   s.domain = kDomain;
   const auto none = Participant::create(s, "x");

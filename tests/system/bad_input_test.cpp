@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <sys/mount.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
+#include <iterator>
 
 #include "process.hpp"
 #include "recording/image_file.hpp"
@@ -168,6 +171,81 @@ TEST_F(BadInput, ASecondMapperForTheSameCraneRefuses) {
   EXPECT_NE(second.output().find("another mapper already serves crane 1"), std::string::npos)
       << second.output();
   EXPECT_TRUE(first.running());
+}
+
+/// A program under a limit of the shell, or as another user: its exit code and what it said.
+Finished shell(const std::string& before, const std::string& command, const TempFolder& folder) {
+  const std::string output = folder / "output";
+  const int status = std::system(("{ " + before + " timeout -k 1 15 " CRANEMAP_BIN_DIR "/" +
+                                  command + "; } > " + output + " 2>&1 < /dev/null")
+                                     .c_str());
+  std::ifstream file(output);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128,
+          {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}};
+}
+
+TEST_F(BadInput, FoldersThatThisUserMayNotReadAreNamed) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root becomes another user";
+  const auto as_nobody = [&](const std::string& command) {
+    return shell("setpriv --reuid 65534 --regid 65534 --clear-groups", command, folder_);
+  };
+  fs::permissions(folder_.path(), fs::perms(0755));
+  if (as_nobody("cranemap --version").code != 0)
+    GTEST_SKIP() << "another user may not run the build";
+  fs::create_directories(folder_ / "locked/in");
+  fs::copy(rig_recording(), folder_ / "locked/in/rig", fs::copy_options::recursive);
+  const std::string rig = copy_rig();
+  fs::permissions(rig + "/cart0/data.csv", fs::perms::none);
+  const std::string locked = folder_ / "locked";
+  const std::string domain = next_domain();
+  const auto site = [&](const std::string& name, const std::string& more) {
+    std::ofstream(folder_ / name) << "http: {port: 0}\ndds: {domain: " << domain << more << "}\n";
+    return " --config " + (folder_ / name);
+  };
+  const std::string plain = site("plain.yaml", "");
+  const std::string secured = site("secured.yaml", ", security: " + locked);
+  const std::string profiled =
+      site("profile.yaml", ", profile_file: " + locked + "/in/x.xml, profile_name: a");
+  const std::string calibration = " --calibration " + rig_recording();
+  for (const int mode : {0, 0644}) {  // neither listed nor entered; listed
+    fs::permissions(locked, fs::perms(mode));
+    for (const std::string& command :
+         {"cranemap-stereo" + plain + " --calibration " + locked + "/in/rig",
+          "cranemap-mapper" + plain + " --calibration " + locked + "/in/rig",
+          "cranemap-camera" + plain + " " + locked + "/in/rig",
+          "cranemap-rangefinder" + plain + " " + rig,  // a file of it
+          "cranemap-mapper" + plain + calibration + " --state " + locked,
+          "cranemap-mapper" + plain + calibration + " --state " + locked + "/in/state",
+          "cranemap-mapper" + profiled + calibration, "cranemap-mapper" + secured + calibration,
+          "cranemap-mapper --config " + locked + "/in/site.yaml" + calibration,
+          "cranemap doctor" + secured, "cranemap doctor" + profiled,
+          "cranemap evaluate " + locked + "/in/map.bt " + rig_recording() + "/truth",
+          "cranemap run " + locked + "/in/rig --out " + (folder_ / "out"),
+          "cranemap run " + rig_recording() + " --out " + locked + "/in/out",
+          "cranemap simulate " + locked + "/in/scene.yaml --out " + (folder_ / "s")}) {
+      const Finished done = as_nobody(command);
+      EXPECT_TRUE(done.code == 2 || done.code == 3) << command << ": " << done.code << done.output;
+      EXPECT_EQ(done.output.find("terminate"), std::string::npos) << command << done.output;
+    }
+  }
+  fs::permissions(locked, fs::perms(0755));
+}
+
+TEST_F(BadInput, LimitsOfTheShellAreSaid) {
+  std::ofstream(folder_ / "site.yaml")
+      << "http: {port: 0}\ndds: {domain: " << next_domain() << "}\n";
+  const std::string stereo = "cranemap-stereo --config " + (folder_ / "site.yaml") +
+                             " --calibration /nowhere";  // ends where it gets through
+  int refused = 0;
+  for (const char* limit : {"-n 4", "-n 6", "-n 9", "-n 14", "-n 17", "-v 150000", "-v 200000",
+                            "-v 250000", "-v 300000", "-v 400000"}) {
+    const Finished done = shell(std::string("ulimit ") + limit + ";", stereo, folder_);
+    if (done.code == 127) continue;  // not even its libraries
+    EXPECT_TRUE(done.code == 3 || done.code == 2) << limit << ": " << done.code << done.output;
+    EXPECT_NE(done.output.find("ERROR"), std::string::npos) << limit << done.code << done.output;
+    refused += done.code == 3;
+  }
+  EXPECT_GE(refused, 4);
 }
 
 TEST_F(BadInput, EvaluateAndSimulateNameTheirFile) {

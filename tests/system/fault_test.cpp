@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "crane/client/map.hpp"
 #include "process.hpp"
 #include "temp_folder.hpp"
 
@@ -29,13 +30,20 @@ TEST_P(KilledService, IsStartedAgainAndNoFrameIsLost) {
             0);
   const std::vector<std::string> before = shared_memory_files();
   const std::string program = std::string("cranemap-") + GetParam();
-  Process cranemap({"cranemap", "run", lap, "--out", folder / "out", "--voxel", "0.05", "--domain",
-                    next_domain()},
-                   folder / "run.txt");
-  // Wait until the camera plays, give it a few frames, then strike.
-  for (int i = 0; i < 1000 && child_named(cranemap.pid(), "cranemap-camera") == 0; ++i)
-    std::this_thread::sleep_for(10ms);
-  std::this_thread::sleep_for(700ms);
+  const std::string domain = next_domain();
+  Process cranemap(
+      {"cranemap", "run", lap, "--out", folder / "out", "--voxel", "0.05", "--domain", domain},
+      folder / "run.txt");
+  // In the midst of it: some frames are in the map, others are not.
+  client::Options options;
+  options.domain = static_cast<std::uint32_t>(std::stoi(domain));
+  std::string error;
+  auto map = client::Map::join(options, error);
+  ASSERT_NE(map, nullptr) << error;
+  ASSERT_TRUE(eventually(60s, [&] { return map->status().frames_integrated >= 1; }))
+      << cranemap.output();
+  ASSERT_LT(map->status().frames_integrated, 16U) << "the play was over before it could be struck";
+  map.reset();  // whose shared memory is not to be counted
   const pid_t victim = child_named(cranemap.pid(), program);
   ASSERT_GT(victim, 0) << cranemap.output();
   kill(victim, SIGKILL);

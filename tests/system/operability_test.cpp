@@ -115,6 +115,14 @@ TEST(Operability, ServeStartsAgainWhatIsKilledAndLogsJson) {
     const pid_t again = child_named(serve.pid(), "cranemap-stereo");
     return again != 0 && again != stereo;
   }));
+  // Both have said what they do, and the new one is at work: a moment ago it may not have said a
+  // word.
+  EXPECT_TRUE(eventually(60s, [&] {
+    const std::string said = serve.output();
+    const std::size_t killed = said.find("was killed by signal 9");
+    return killed != std::string::npos && said.find("serving crane") != std::string::npos &&
+           said.find("searching ", killed) != std::string::npos;
+  })) << serve.output();
   serve.signal(SIGTERM);
   EXPECT_EQ(serve.wait(10), 0);
   std::istringstream lines(serve.output());

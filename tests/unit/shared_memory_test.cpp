@@ -162,6 +162,18 @@ TEST(StaleSegments, OfAnotherUserStayAndTheirNamesAreSkipped) {
   EXPECT_EQ(port->number, 1'000'006U);
 }
 
+TEST(ShmPorts, AreOpenAsLongAsSomebodyListens) {
+  const test::TempFolder shm;
+  EXPECT_FALSE(is_port_open(7411, shm.path()));
+  touch(shm / "fastrtps_port7411");
+  touch(shm / "fastrtps_port7411_el");
+  EXPECT_FALSE(is_port_open(7411, shm.path()));  // of a killed one
+  const int listens = open((shm / "fastrtps_port7411_el").c_str(), O_RDONLY);
+  ASSERT_EQ(flock(listens, LOCK_EX | LOCK_NB), 0);
+  EXPECT_TRUE(is_port_open(7411, shm.path()));
+  close(listens);
+}
+
 TEST(Segments, AreUsedOnlyIfNobodyElseCanWriteThem) {
   const test::TempFolder shm;
   const auto used = [&shm](const char* name) {

@@ -18,14 +18,13 @@ namespace crane::client {
 struct Options {
   std::uint32_t crane = 1;
   std::uint32_t domain = 0;
-  enum class Network { kLocal, kContainer, kPlant, kWan };
+  enum class Network { kLocal, kContainer, kPlant };
   Network network = Network::kLocal;
   bool shared_memory = true;  ///< of kLocal, with processes of this host
   /// IPv4 addresses to use; empty = all. The default stays on this host.
   std::vector<std::string> interfaces = {"127.0.0.1"};
   std::vector<std::string> servers;  ///< discovery servers "host:port", of kPlant
-  std::vector<std::string> peers;    ///< hosts to look for; kWan: "host:port"
-  std::uint16_t tcp_port = 0;        ///< kWan: where to listen; 0 = only connect
+  std::vector<std::string> peers;    ///< hosts to look for
   std::string security;              ///< folder of certificates; empty = no DDS Security
   std::string identity = "controller";
   /// Fast DDS XML profile instead of network and what belongs to it.
