@@ -80,13 +80,12 @@ std::vector<TileKey> MapFollower::step() noexcept {
 }
 
 std::vector<TileKey> MapFollower::take_all() {
-  // First who is to be believed, and of what map; until that is known tiles stay where they are.
+  // First who is to be believed, and of what map. What nobody is believed for is taken as well, or
+  // DDS would keep it, without a bound that is worth the name.
   while (const auto status = status_reader_.take()) take_status(*status);
   while (const auto set = zone_reader_.take()) take_zones(*set);
-  if (said_) {
-    while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
-    while (const auto tile = height_reader_.take()) take_heights(*tile);
-  }
+  while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
+  while (const auto tile = height_reader_.take()) take_heights(*tile);
   const auto now = Steady::now();
   refuse(early_voxels_.end_waits(now) + early_heights_.end_waits(now));
   look_for_a_second_mapper();
