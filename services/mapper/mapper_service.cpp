@@ -129,10 +129,13 @@ class Service {
       inputs.take_motion(pipeline_);
       if (auto done = zone_desk->work(inputs, counts_); !done) return done.error();
       while (const auto request = inputs.take_request()) {
-        if (asks.pass(request->writer(), std::chrono::steady_clock::now()) && again.due())
-          publisher->note_request(**request);
-        else  // whoever asks asks again
-          counts_.add(Cause::kTileRequestTooSoon);
+        if (!asks.pass(request->writer(), std::chrono::steady_clock::now()) || !again.due()) {
+          counts_.add(Cause::kTileRequestTooSoon);  // whoever asks asks again
+          continue;
+        }
+        publisher->note_request(**request);
+        // It may be the zones that are missing: a sample of those is not asked for by itself.
+        if (auto sent = zone_desk->say(); !sent) return sent.error();
       }
       // A fifth of the time, whoever asks for how much.
       if (publisher->owes() && resend.due())

@@ -130,8 +130,7 @@ void MapFollower::believe(const dds::ParticipantId& writer) {
   believed_ = writer;
   for (const v1::MapTile& tile : early_voxels_.take(writer)) put(tile);
   for (const v1::HeightTile& tile : early_heights_.take(writer)) put(tile);
-  if (!early_zones_ || early_zones_writer_ != writer) return;
-  put(*std::exchange(early_zones_, std::nullopt));
+  if (const auto zones = early_zones_.extract(writer)) put(zones.mapped());
 }
 
 /// DDS hands on the strongest only, and who lies says it is that one.
@@ -151,9 +150,14 @@ void MapFollower::look_for_a_second_mapper() {
 void MapFollower::take_zones(const dds::Received<v1::ZoneSet>& received) {
   if (!ours(*received)) return refuse();
   if (received.writer() == believed_) return put(*received);
-  if (early_zones_) refuse();  // one is enough to wait
-  early_zones_ = *received;
-  early_zones_writer_ = received.writer();
+  // They are said once: those of each are kept, whoever else says some, until it is known who
+  // counts.
+  constexpr std::size_t kMostWriters = 8;
+  if (!early_zones_.contains(received.writer()) && early_zones_.size() >= kMostWriters) {
+    early_zones_.erase(early_zones_.begin());
+    refuse();
+  }
+  early_zones_[received.writer()] = *received;
 }
 
 void MapFollower::take_voxels(const dds::Received<v1::MapTile>& received) {
