@@ -23,6 +23,9 @@ static_assert(int(client::Reason::kNone) == v1::CLEARANCE_NONE &&
 /// So many requests, each of some tens of milliseconds at most, may keep whoever steps the server
 /// from its heartbeat.
 constexpr int kMostAStep = 4;
+/// So many are looked at: a client that floods is to find others' requests still in the history of
+/// the reader, which has 64 of a crane.
+constexpr int kMostTaken = 256;
 
 }  // namespace
 
@@ -76,20 +79,29 @@ Result<ClearanceServer> ClearanceServer::create(
 
 Result<void> ClearanceServer::step(std::chrono::milliseconds limit) {
   wakeup_->wait_for(limit);
-  for (int n = 0; n < kMostAStep; ++n) {
+  int taken = 0;
+  for (; taken < kMostTaken; ++taken) {
     const auto request = requests_.take();
-    if (request == nullptr) return {};
+    if (request == nullptr) break;
+    if (!waiting_.push(request->writer(), {**request, request->source_time_ns()}))
+      dropped.add(Cause::kTooManyRequests);
+  }
+  for (int n = 0; n < kMostAStep; ++n) {
+    const auto next = waiting_.pop();
+    if (!next) break;
+    const v1::ClearanceRequest& request = next->request;
     const Stopwatch watch;
-    const client::Clearance answer = map_->clearance(to_query(**request));
+    const client::Clearance answer = map_->clearance(to_query(request));
     stages.add("clearance", watch.ms());
     if (answer.verdict == client::Verdict::kInvalid)
       dropped.add(answer.reason == client::Reason::kBadQuery ? Cause::kNoAnswerBadQuery
                                                              : Cause::kNoAnswerMapInvalid);
-    if (auto sent = replies_.write(to_reply(**request, answer)); !sent) return sent;
-    stages.add("request to reply", double(SystemClock().now() - request->source_time_ns()) * 1e-6);
+    if (auto sent = replies_.write(to_reply(request, answer)); !sent) return sent;
+    stages.add("request to reply", double(SystemClock().now() - next->sent) * 1e-6);
     ++answered_;
   }
-  wakeup_->notify();  // there may be more: the next step is not to wait for them
+  // There may be more: the next step is not to wait for them.
+  if (!waiting_.empty() || taken == kMostTaken) wakeup_->notify();
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include "base/wakeup.hpp"
 #include "crane/client/map.hpp"
 #include "dds/endpoints.hpp"
+#include "service/fair_queue.hpp"
 
 namespace crane {
 
@@ -21,7 +22,7 @@ class ClearanceServer {
                                         std::unique_ptr<client::Map> map);
 
   /// Answers what has come, waiting for it up to `limit`; of a flood a few only, so that the
-  /// caller's heartbeat has its time. Error: a reply that DDS refuses.
+  /// caller's heartbeat has its time, and of each client in turn. Error: a reply that DDS refuses.
   Result<void> step(std::chrono::milliseconds limit);
 
   [[nodiscard]] const client::Map& map() const { return *map_; }
@@ -43,6 +44,11 @@ class ClearanceServer {
   dds::Writer<dds::ClearanceReplyTopic> replies_;
   std::unique_ptr<client::Map> map_;
   std::uint64_t answered_ = 0;
+  struct Waiting {
+    v1::ClearanceRequest request;
+    TimeNs sent = 0;
+  };
+  FairQueue<dds::ParticipantId, Waiting> waiting_{64, 32};
 };
 
 }  // namespace crane

@@ -24,16 +24,23 @@ struct Options {
   bool follow = false;
 };
 
-void print(const client::Status& s) {
+/// Of the columns whose surface is known: heights that may be more.
+double lower_bound_share(const client::Map& map) {
+  const client::Map::ColumnCount columns = map.count_columns();
+  return columns.known > 0 ? double(columns.lower_bounds) / double(columns.known) : 0;
+}
+
+void print(const client::Status& s, double lower_bounds) {
   std::printf("valid: %s\ncomplete: %s\nreason: \"%s\"\nmapper: %016" PRIx64 "\nmap_id: %016" PRIx64
               "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64 "\nheight_digest: %016" PRIx64
               "\ntiles: %u\nzones_revision: %" PRIu64 "\nlast_frame_time_ns: %" PRId64
               "\nframes_integrated: %" PRIu64 "\nframes_rejected: %" PRIu64
-              "\nframes_missing: %" PRIu64 "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64 "\n",
+              "\nframes_missing: %" PRIu64 "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64
+              "\nlower_bounds: %.4f\n",
               s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(), s.mapper,
               s.map_id, s.revision, s.voxel_digest, s.height_digest, s.tiles, s.zones_revision,
               s.last_frame_time_ns, s.frames_integrated, s.frames_rejected, s.frames_missing,
-              s.samples_refused, s.resyncs);
+              s.samples_refused, s.resyncs, lower_bounds);
 }
 
 /// A line with its time for each change of the mapper that serves or of the map's validity.
@@ -81,7 +88,7 @@ int status(const Options& options) {
     std::this_thread::sleep_for(20ms);
     s = map->status();
   }
-  print(s);
+  print(s, lower_bound_share(*map));
   return good() ? kExitOk : kExitResource;
 }
 

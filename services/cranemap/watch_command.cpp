@@ -24,7 +24,8 @@ struct Options {
   double seconds = 0;
 };
 
-void show(const client::Status& map, const std::vector<client::Zone>& zones,
+void show(const client::Status& map, const client::Map::ColumnCount& columns,
+          const std::vector<client::Zone>& zones,
           const std::map<std::uint32_t, v1::ServiceStatus>& services) {
   if (isatty(1) != 0) std::printf("\x1b[H\x1b[2J");
   const char* validity = !map.heard ? "no mapper heard" : map.valid ? "VALID" : "NOT VALID";
@@ -36,6 +37,10 @@ void show(const client::Status& map, const std::vector<client::Zone>& zones,
               static_cast<unsigned long long>(map.frames_integrated),
               static_cast<unsigned long long>(map.frames_rejected),
               static_cast<unsigned long long>(map.frames_missing));
+  std::printf(
+      "surfaces of %llu columns known, %.1f %% of them may be higher\n",
+      static_cast<unsigned long long>(columns.known),
+      columns.known > 0 ? 100.0 * double(columns.lower_bounds) / double(columns.known) : 0.0);
   if (map.hoist != client::Status::Hoist::kNotUsed)
     std::printf("hook and load %s\n",
                 map.hoist == client::Status::Hoist::kKnown ? "known" : "LOST: nothing below them");
@@ -84,7 +89,7 @@ int watch(const Options& options) {
       wakeup.wait_for(100ms);
       while (const auto sample = statuses->take()) services[(*sample)->service()] = **sample;
     }
-    show(map->status(), map->zones(), services);
+    show(map->status(), map->count_columns(), map->zones(), services);
     if (!flush_output()) break;
     if (options.seconds > 0 && since.ms() >= options.seconds * 1000) break;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bounds.h"
+#include "dds/validate.hpp"
 #include "map_codec/crc32c.hpp"
 
 namespace crane {
@@ -179,7 +180,7 @@ Result<void> MapPublisher::publish_octree(MappingPipeline& pipeline) {
   const Bytes file = bt_.write(pipeline.map());
   Bytes payload = compress(file, kOctreeLevel);
   octree_revision_ = revision_;
-  if (payload.size() > v1::MAX_OCTREE_BYTES) {
+  if (payload.size() > v1::MAX_OCTREE_BYTES || file.size() > dds::kMaxOctreeDecoded) {
     counts_.add(Cause::kOctreeTooLarge);
     return {};
   }

@@ -83,6 +83,10 @@ void MapperInputs::take_positions(MappingPipeline& pipeline) {
 void MapperInputs::take_hoist(MappingPipeline& pipeline) {
   while (const auto sample = hoist_.take()) {
     const v1::HoistState& h = **sample;
+    if (!hoist_gate_.pass(sample->writer())) {
+      counts_.add(Cause::kHoistSecondSource);
+      continue;
+    }
     if (h.status() == v1::STATUS_FAILED) {
       pipeline.add_failed_hoist();
       continue;

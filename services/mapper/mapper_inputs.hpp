@@ -64,6 +64,9 @@ class MapperInputs {
   std::optional<Serving> serving_;
   StreamGate cloud_gate_;
   std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
+  /// One controller tells where the hook is: what a second one says would prove space free. Silent
+  /// for this long it is lost anyway, and another may be it.
+  SourceGate<dds::ParticipantId> hoist_gate_{std::chrono::milliseconds(500)};
   std::chrono::steady_clock::time_point position_heard_{};
   std::uint64_t clouds_received_ = 0, stream_ = 0;
   DropCounts counts_;

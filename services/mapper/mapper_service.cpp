@@ -18,6 +18,7 @@
 #include "mapping_pipeline/mapping_pipeline.hpp"
 #include "recording/calibration.hpp"
 #include "service/every.hpp"
+#include "service/request_gate.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -25,7 +26,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kCloudsATurn = 8;  ///< then tiles and commands have theirs
+constexpr int kCloudsATurn = 8;   ///< then tiles and commands have theirs
+constexpr double kResendMs = 20;  ///< of tiles that are asked for, ten times a second
 
 struct Options {
   std::string calibration, save, state;
@@ -111,9 +113,11 @@ class Service {
              std::to_string(pipeline_.voxel_m()) + " m, term " + std::to_string(identity_.term));
 
     const MapperConfig& config = context_.config.mapper;
-    Every heartbeats(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20);
+    Every heartbeats(5), tiles(config.publish_hz), rest(1), octree(config.octree_hz), again(20),
+        resend(10);
+    RequestGate<dds::ParticipantId> asks(500ms);  // who follows the map asks every 0.7 s at most
     while (!context_.stopping()) {
-      wakeup_.wait_for(publisher->owes() || publisher->behind() ? 1ms : 20ms);
+      wakeup_.wait_for(publisher->behind() ? 1ms : 20ms);
       heartbeat_->alive(pipeline_.last_arrival());
       if (const Succession::Rival rival =
               succession.look(identity_.term, pipeline_.map().tile_count());
@@ -125,12 +129,17 @@ class Service {
       inputs.take_motion(pipeline_);
       if (auto done = zone_desk->work(inputs, counts_); !done) return done.error();
       while (const auto request = inputs.take_request()) {
-        if (again.due())
-          publisher->note_request(**request);
-        else  // whoever asks asks again
-          counts_.add(Cause::kTileRequestTooSoon);
+        if (!asks.pass(request->writer(), std::chrono::steady_clock::now()) || !again.due()) {
+          counts_.add(Cause::kTileRequestTooSoon);  // whoever asks asks again
+          continue;
+        }
+        publisher->note_request(**request);
+        // It may be the zones that are missing: a sample of those is not asked for by itself.
+        if (auto sent = zone_desk->say(); !sent) return sent.error();
       }
-      if (auto done = publisher->send_again(pipeline_); !done) return done.error();
+      // A fifth of the time, whoever asks for how much.
+      if (publisher->owes() && resend.due())
+        if (auto done = publisher->send_again(pipeline_, kResendMs); !done) return done.error();
       zones_revision_ = zones.revision();
       const bool accounted = map_clouds(inputs);
       if (accounted ? tiles.due() : rest.due() || publisher->behind()) {

@@ -96,6 +96,7 @@ enum class Cause : std::uint32_t {
   kHoistUnknown = 102,
   kHoistPixels = 103,
   kHoistOfAnotherTime = 104,
+  kHoistSecondSource = 105,
   // The map on its way.
   kTilesSentAgain = 110,
   kTileRequestTooSoon = 111,
@@ -108,6 +109,7 @@ enum class Cause : std::uint32_t {
   kNoAnswerMapInvalid = 130,
   kNoAnswerBadQuery = 131,
   kOctreeRefused = 132,
+  kTooManyRequests = 133,
   // What every service meets.
   kHttpRefused = 150,
   kHttpClosed = 151,

@@ -243,6 +243,20 @@ Map::VoxelCount Map::count_voxels() const noexcept {
   });
 }
 
+Map::ColumnCount Map::count_columns() const noexcept {
+  return answer_or(ColumnCount(), [&] {
+    const std::shared_lock lock(impl_->follower->mutex);
+    ColumnCount count;
+    for (const auto& [key, tile] : impl_->follower->held().tiles())
+      for (const ColumnHeight& c : tile.heights.columns) {
+        const bool known = tile.heights_sample.has_value() && is_known(c.state);
+        count.known += known ? 1 : 0;
+        count.lower_bounds += known && c.lower_bound ? 1 : 0;
+      }
+    return count;
+  });
+}
+
 std::vector<Zone> Map::zones() const noexcept {
   return answer_or(std::vector<Zone>(), [&] {
     const std::shared_lock lock(impl_->follower->mutex);

@@ -17,6 +17,11 @@ bool finite(std::initializer_list<double> values) {
   return true;
 }
 
+/// After 1970 and before 2096: what is later overflows when it is added to.
+bool is_time(std::int64_t ns) {
+  return ns > 0 && ns < 4'000'000'000'000'000'000;
+}
+
 bool image_fits(std::uint32_t width, std::uint32_t height) {
   return width > 0 && height > 0 && width <= 65'535 && height <= 65'535 &&
          std::uint64_t(width) * height <= v1::MAX_PIXELS;
@@ -52,7 +57,7 @@ const char* zone_flaw(const v1::Zone& z, bool whole) {
 
 template <class Tile>
 const char* tile_flaw(const Tile& t) {
-  if (t.time_ns() < 0) return "negative time";
+  if (t.time_ns() != 0 && !is_time(t.time_ns())) return "time out of range";
   if (!(t.voxel_m() >= 1e-3 && t.voxel_m() <= 10)) return "voxel size out of range";
   if (t.encoding() != 1) return "unknown encoding";
   if (t.payload().empty()) return "empty payload";
@@ -65,20 +70,20 @@ const char* flaw(const v1::StereoFrame& s) {
   if (s.encoding() != v1::ENCODING_MONO8 && s.encoding() != v1::ENCODING_BGR8)
     return "unknown image encoding";
   if (!image_fits(s.width(), s.height())) return "image size out of bounds";
-  if (s.exposure_time_ns() <= 0) return "no exposure time";
+  if (!is_time(s.exposure_time_ns())) return "no exposure time";
   return nullptr;
 }
 
 const char* flaw(const v1::RangefinderPosition& s) {
   if (s.axis() != v1::AXIS_CART && s.axis() != v1::AXIS_TROLLEY) return "unknown axis";
-  if (s.time_ns() <= 0) return "no measurement time";
+  if (!is_time(s.time_ns())) return "no measurement time";
   if (!finite({s.distance_m(), s.accuracy_m()})) return "distance or accuracy is not finite";
   if (!status_known(s.device_status())) return "unknown device status";
   return nullptr;
 }
 
 const char* flaw(const v1::HoistState& s) {
-  if (s.time_ns() <= 0) return "no measurement time";
+  if (!is_time(s.time_ns())) return "no measurement time";
   const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
   if (!within(s.hook_height_m(), -100, 1000)) return "hook height is not within -100 .. 1000 m";
   if (!within(s.sling_m(), 0, 100)) return "length of the slings is not within 0 .. 100 m";
@@ -94,7 +99,7 @@ const char* flaw(const v1::HoistState& s) {
 const char* flaw(const v1::PartialCloud& s) {
   if (s.has_colour() > 1) return "has_colour is neither 0 nor 1";
   if (!image_fits(s.width(), s.height())) return "cloud size out of bounds";
-  if (s.exposure_time_ns() <= 0) return "no exposure time";
+  if (!is_time(s.exposure_time_ns())) return "no exposure time";
   if (!finite({s.f_px(), s.cx_px(), s.cy_px(), s.baseline_m(), s.sigma_disparity_px()}))
     return "camera model is not finite";
   if (s.f_px() <= 1 || s.baseline_m() <= 0 || s.sigma_disparity_px() <= 0)
@@ -115,10 +120,14 @@ const char* flaw(const v1::OctreeMap& s) {
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (s.encoding() != 1) return "unknown encoding";
   if (s.payload().empty()) return "empty payload";
+  // zstd packs zeros a hundred thousandfold: what is unpacked is bounded as what travels is.
+  if (s.decoded_bytes() > kMaxOctreeDecoded) return "decoded_bytes out of range";
   return nullptr;
 }
 
 const char* flaw(const v1::MapStatus& s) {
+  for (const std::int64_t time : {s.time_ns(), s.mapper_start_ns(), s.last_frame_time_ns()})
+    if (time != 0 && !is_time(time)) return "time out of range";
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
   if (s.reason_code() > v1::MAP_HOIST_OF_ANOTHER_TIME) return "unknown reason_code";
@@ -132,7 +141,7 @@ const char* flaw(const v1::MapStatus& s) {
 }
 
 const char* flaw(const v1::TileRequest& s) {
-  if (s.time_ns() <= 0) return "no time";
+  if (!is_time(s.time_ns())) return "no time";
   return nullptr;
 }
 
@@ -185,6 +194,10 @@ const char* flaw(const v1::ServiceStatus& s) {
   if (s.finished() > 1) return "finished is neither 0 nor 1";
   if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES)
     return "too many entries";
+  if (!finite({s.cpu_seconds()})) return "cpu_seconds is not finite";
+  for (const v1::StageTime& stage : s.stages())
+    if (!finite({stage.p50_ms(), stage.p99_ms(), stage.max_ms()}))
+      return "the time of a stage is not finite";
   return nullptr;
 }
 

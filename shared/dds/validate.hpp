@@ -4,6 +4,9 @@
 
 namespace crane::dds {
 
+/// Of an octree, unpacked [bytes]: eight times what may travel.
+inline constexpr std::uint32_t kMaxOctreeDecoded = 256U << 20U;
+
 // What must hold before a received sample is used: nullptr, or what is wrong with it.
 // Everything from the network is hostile until it passed here. Payload checksums and encodings
 // are the decoders' work (map_codec).

@@ -34,7 +34,9 @@ void adopt_surface(std::size_t column, const ColumnHeight& c, Tile& tile, Occupa
 
 void adopt_tile(TileKey key, const std::map<int, BlockClasses>& blocks, const TileHeights& heights,
                 const std::function<Epoch(TimeNs)>& epoch_of, OccupancyMap& map) {
-  Tile& tile = map.tile(key);
+  Tile* const made = map.tile_if_room(key);
+  if (made == nullptr) return;  // counted by the map
+  Tile& tile = *made;
   TimeNs oldest = 0;
   for (const ColumnHeight& c : heights)
     if (c.last_observed != 0 && (oldest == 0 || c.last_observed < oldest)) oldest = c.last_observed;

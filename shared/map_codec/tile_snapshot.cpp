@@ -66,8 +66,12 @@ Result<void> read_snapshot(std::span<const std::uint8_t> bytes, OccupancyMap& ma
   if (!unpacked) return unpacked.error();
   const Bytes& raw = *unpacked;
   if (raw.size() < kHeader + kColumns || get_le(raw, 0, 4) != kMagic) return damaged("is none");
-  Tile& tile = map.tile(
+  const Error no_room{ErrorCode::kResource, "saved map", "exceeds mapper.max_memory_mib",
+                      "raise it"};
+  Tile* const made = map.tile_if_room(
       {static_cast<std::int32_t>(get_le(raw, 4, 4)), static_cast<std::int32_t>(get_le(raw, 8, 4))});
+  if (made == nullptr) return no_room;
+  Tile& tile = *made;
   const std::uint64_t count = get_le(raw, 12, 4);
   std::size_t at = kHeader;
   for (Column& c : tile.columns) {
@@ -79,8 +83,7 @@ Result<void> read_snapshot(std::span<const std::uint8_t> bytes, OccupancyMap& ma
   for (std::uint64_t i = 0; i < count; ++i) {
     if (raw.size() - at < kBlock) return damaged("ends early");
     Block* block = map.block(tile, static_cast<std::int32_t>(get_le(raw, at, 4)));
-    if (block == nullptr)
-      return Error{ErrorCode::kResource, "saved map", "exceeds mapper.max_memory_mib", "raise it"};
+    if (block == nullptr) return no_room;
     const auto layers = static_cast<std::uint32_t>(get_le(raw, at + 4, 4));
     at += 8;
     std::memcpy(block->log_odds.data(), raw.data() + at, kBlockVoxels);
@@ -89,8 +92,9 @@ Result<void> read_snapshot(std::span<const std::uint8_t> bytes, OccupancyMap& ma
     for (std::size_t z = 0; z < kTileEdge; ++z) {
       if ((layers >> z & 1U) == 0) continue;
       if (raw.size() - at < kLayer) return damaged("ends early");
-      block->surface[z] = std::make_unique<std::array<Surface, kTileColumns>>();
-      std::memcpy(block->surface[z]->data(), raw.data() + at, kLayer);
+      auto* const surfaces = map.layer(*block, z);
+      if (surfaces == nullptr) return no_room;
+      std::memcpy(surfaces->data(), raw.data() + at, kLayer);
       at += kLayer;
     }
   }

@@ -80,13 +80,12 @@ std::vector<TileKey> MapFollower::step() noexcept {
 }
 
 std::vector<TileKey> MapFollower::take_all() {
-  // First who is to be believed, and of what map; until that is known tiles stay where they are.
+  // First who is to be believed, and of what map. What nobody is believed for is taken as well, or
+  // DDS would keep it, without a bound that is worth the name.
   while (const auto status = status_reader_.take()) take_status(*status);
   while (const auto set = zone_reader_.take()) take_zones(*set);
-  if (said_) {
-    while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
-    while (const auto tile = height_reader_.take()) take_heights(*tile);
-  }
+  while (const auto tile = voxel_reader_.take()) take_voxels(*tile);
+  while (const auto tile = height_reader_.take()) take_heights(*tile);
   const auto now = Steady::now();
   refuse(early_voxels_.end_waits(now) + early_heights_.end_waits(now));
   look_for_a_second_mapper();
@@ -131,8 +130,7 @@ void MapFollower::believe(const dds::ParticipantId& writer) {
   believed_ = writer;
   for (const v1::MapTile& tile : early_voxels_.take(writer)) put(tile);
   for (const v1::HeightTile& tile : early_heights_.take(writer)) put(tile);
-  if (!early_zones_ || early_zones_writer_ != writer) return;
-  put(*std::exchange(early_zones_, std::nullopt));
+  if (const auto zones = early_zones_.extract(writer)) put(zones.mapped());
 }
 
 /// DDS hands on the strongest only, and who lies says it is that one.
@@ -152,9 +150,14 @@ void MapFollower::look_for_a_second_mapper() {
 void MapFollower::take_zones(const dds::Received<v1::ZoneSet>& received) {
   if (!ours(*received)) return refuse();
   if (received.writer() == believed_) return put(*received);
-  if (early_zones_) refuse();  // one is enough to wait
-  early_zones_ = *received;
-  early_zones_writer_ = received.writer();
+  // They are said once: those of each are kept, whoever else says some, until it is known who
+  // counts.
+  constexpr std::size_t kMostWriters = 8;
+  if (!early_zones_.contains(received.writer()) && early_zones_.size() >= kMostWriters) {
+    early_zones_.erase(early_zones_.begin());
+    refuse();
+  }
+  early_zones_[received.writer()] = *received;
 }
 
 void MapFollower::take_voxels(const dds::Received<v1::MapTile>& received) {

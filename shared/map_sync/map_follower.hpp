@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <shared_mutex>
@@ -103,8 +104,7 @@ class MapFollower {
   dds::ParticipantId believed_{};  ///< who wrote the last heartbeat
   EarlyTiles<v1::MapTile> early_voxels_;
   EarlyTiles<v1::HeightTile> early_heights_;
-  std::optional<v1::ZoneSet> early_zones_;  ///< of early_zones_writer_
-  dds::ParticipantId early_zones_writer_{};
+  std::map<dds::ParticipantId, v1::ZoneSet> early_zones_;  ///< the last of each writer, of a few
   Resync resync_;
   bool two_mappers_ = false;
   std::uint64_t client_, request_number_ = 0;

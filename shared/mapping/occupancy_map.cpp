@@ -3,16 +3,33 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/expects.hpp"
+
 namespace crane {
 
+bool OccupancyMap::reserve(std::size_t bytes) {
+  std::size_t now = bytes_;
+  do {
+    if (bytes > max_bytes_ - std::min(now, max_bytes_)) {
+      ++refused_;
+      return false;
+    }
+  } while (!bytes_.compare_exchange_weak(now, now + bytes));
+  return true;
+}
+
+Tile* OccupancyMap::tile_if_room(TileKey key) {
+  if (const auto it = tiles_.find(key); it != tiles_.end()) return it->second.get();
+  if (!reserve(sizeof(Tile))) return nullptr;
+  auto made = std::make_unique<Tile>();
+  made->key = key;
+  return (tiles_[key] = std::move(made)).get();
+}
+
 Tile& OccupancyMap::tile(TileKey key) {
-  std::unique_ptr<Tile>& slot = tiles_[key];
-  if (!slot) {
-    slot = std::make_unique<Tile>();
-    slot->key = key;
-    bytes_ += sizeof(Tile);
-  }
-  return *slot;
+  Tile* tile = tile_if_room(key);
+  expects(tile != nullptr, "there is room for the tile");
+  return *tile;
 }
 
 const Tile* OccupancyMap::find(TileKey key) const {
@@ -23,12 +40,15 @@ const Tile* OccupancyMap::find(TileKey key) const {
 Block* OccupancyMap::block(Tile& tile, int block_z) {
   const auto it = tile.blocks.find(block_z);
   if (it != tile.blocks.end()) return it->second.get();
-  if (bytes_ + sizeof(Block) > max_bytes_) {
-    ++refused_;
-    return nullptr;
-  }
-  bytes_ += sizeof(Block);
+  if (!reserve(sizeof(Block))) return nullptr;
   return (tile.blocks[block_z] = std::make_unique<Block>()).get();
+}
+
+std::array<Surface, kTileColumns>* OccupancyMap::layer(Block& block, std::size_t z) {
+  auto& surfaces = block.surface[z];
+  if (!surfaces && reserve(sizeof *surfaces))
+    surfaces = std::make_unique<std::array<Surface, kTileColumns>>();
+  return surfaces.get();
 }
 
 Occupancy OccupancyMap::at(int x, int y, int z) const {
@@ -70,12 +90,9 @@ void OccupancyMap::mark_changed(Tile& tile) {
 
 bool OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,
                                    std::uint8_t r, std::uint8_t g, std::uint8_t b) {
-  auto& layer = block.surface[static_cast<std::size_t>(index / kTileColumns)];
-  if (!layer) {
-    layer = std::make_unique<std::array<Surface, kTileColumns>>();
-    bytes_ += sizeof *layer;
-  }
-  Surface& s = (*layer)[static_cast<std::size_t>(index % kTileColumns)];
+  auto* const surfaces = layer(block, static_cast<std::size_t>(index / kTileColumns));
+  if (surfaces == nullptr) return false;
+  Surface& s = (*surfaces)[static_cast<std::size_t>(index % kTileColumns)];
   const double offset = std::clamp((height_m - centre(voxel_z)) / (0.5 * voxel_m_), -1.0, 1.0);
   // A running mean over at most 32 observations: older ones fade.
   const int n = std::min<int>(s.weight, 31);

@@ -110,7 +110,9 @@ class OccupancyMap {
   }
   [[nodiscard]] double centre(int index) const { return (index + 0.5) * voxel_m_; }
 
-  /// The tile, made when absent.
+  /// The tile, made when absent; nullptr when the memory limit is reached.
+  Tile* tile_if_room(TileKey key);
+  /// A tile that is there, or that there is room for: a bug when there is none.
   Tile& tile(TileKey key);
   [[nodiscard]] const Tile* find(TileKey key) const;
   /// The block, made when absent; nullptr when the memory limit is reached. May be called from
@@ -129,8 +131,11 @@ class OccupancyMap {
   [[nodiscard]] std::vector<TileKey> tile_keys() const;
 
   [[nodiscard]] std::size_t memory_bytes() const { return bytes_; }
-  /// Voxels that could not be stored because of the memory limit.
+  /// Blocks, tiles and layers of surfaces that were not made because of the memory limit.
   [[nodiscard]] std::uint64_t refused_blocks() const { return refused_; }
+
+  /// Surfaces of a layer of voxels, made when absent; nullptr when the memory limit is reached.
+  std::array<Surface, kTileColumns>* layer(Block& block, std::size_t z);
 
   /// When it is now, for the ages of voxels.
   [[nodiscard]] Epoch epoch() const { return epoch_; }
@@ -138,6 +143,7 @@ class OccupancyMap {
 
   /// Merges one frame's mean height (map z) and colour into the surface of a voxel. True when that
   /// moved it by more than a millimetre.
+  /// Without room for it nothing is merged, and the voxel's centre stands for its surface.
   bool observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
                        std::uint8_t g, std::uint8_t b);
   /// Height of the surface in an occupied voxel [m].
@@ -147,6 +153,9 @@ class OccupancyMap {
   [[nodiscard]] PointCloud occupied_points() const;
 
  private:
+  /// Takes so much of the limit, from any thread; false, and counted, when it is not there.
+  bool reserve(std::size_t bytes);
+
   double voxel_m_;
   std::size_t max_bytes_;
   Epoch epoch_ = 1;

@@ -35,9 +35,10 @@ Result<PaperReport> PaperMapper::build(OccupancyMap& map) const {
     const int x = map.index(p.x);
     const int y = map.index(p.y);
     const int z = map.index(p.z);
-    Tile& tile = map.tile({tile_of(x), tile_of(y)});
-    Block* block = map.block(tile, tile_of(z));
+    Tile* const made = map.tile_if_room({tile_of(x), tile_of(y)});
+    Block* block = made != nullptr ? map.block(*made, tile_of(z)) : nullptr;
     if (block == nullptr) continue;
+    Tile& tile = *made;
     const int column = in_tile(y) * kTileEdge + in_tile(x);
     const int index = in_tile(z) * kTileColumns + column;
     see_occupied(block->log_odds[static_cast<std::size_t>(index)], kHit);

@@ -63,9 +63,11 @@ std::uint64_t ProjectiveIntegrator::apply_all(const std::vector<SurfaceHit>& hit
   std::vector<Run> runs;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const TileKey key{tile_of(hits[i].x), tile_of(hits[i].y)};
-    if (runs.empty() || runs.back().tile->key != key) {
-      runs.push_back({&map.tile(key), i, i});
-      map.mark_changed(*runs.back().tile);
+    if (runs.empty() || runs.back().end != i || runs.back().tile->key != key) {
+      Tile* tile = map.tile_if_room(key);
+      if (tile == nullptr) continue;
+      runs.push_back({tile, i, i});
+      map.mark_changed(*tile);
     }
     runs.back().end = i + 1;
   }
@@ -133,7 +135,7 @@ ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, Occ
   const int ty1 = tile_of(map.index(box.max().y()));
   for (int ty = tile_of(map.index(box.min().y())); ty <= ty1; ++ty)
     for (int tx = tile_of(map.index(box.min().x())); tx <= tx1; ++tx)
-      out.tiles.push_back(&map.tile({tx, ty}));
+      if (Tile* tile = map.tile_if_room({tx, ty}); tile != nullptr) out.tiles.push_back(tile);
   return out;
 }
 

@@ -24,7 +24,9 @@ std::size_t prove_free(const UprightBox& box, double accuracy_m, OccupancyMap& m
       if (std::abs(c * dx + s * dy) + reach > half.x() ||
           std::abs(c * dy - s * dx) + reach > half.y() || z0 > z1)
         continue;
-      Tile& tile = map.tile({tile_of(x), tile_of(y)});
+      Tile* const made = map.tile_if_room({tile_of(x), tile_of(y)});
+      if (made == nullptr) return proven;
+      Tile& tile = *made;
       const auto column = static_cast<std::size_t>(in_tile(y) * kTileEdge + in_tile(x));
       for (int z = z0; z <= z1; ++z) {
         Block* block = map.block(tile, tile_of(z));

@@ -222,14 +222,18 @@ void MappingPipeline::cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& g
                                                cloud.frame, cloud.depth_m));
 }
 
+/// No room for another tile and what is in it.
+bool MappingPipeline::full() const {
+  return map_->memory_bytes() + sizeof(Tile) + sizeof(Block) > bytes(config_);
+}
+
 std::optional<Cause> MappingPipeline::integrate(const CloudSample& cloud, FrameReport& report) {
   if (paper_) {
     stale_ = true;
     if (!paper_->add(cloud.frame, cloud.exposure_time)) return Cause::kPaperPoints;
     return std::nullopt;
   }
-  // A frame may make tiles before it finds no room for their blocks: not without end.
-  if (map_->memory_bytes() > bytes(config_)) return Cause::kMapFull;
+  if (full()) return Cause::kMapFull;
   try {
     report.surfaces = integrator_.integrate(cloud.frame, cloud.exposure_time, *map_).surfaces;
   } catch (const std::exception&) {  // memory: what was put in so far stays
@@ -258,7 +262,7 @@ PipelineReport MappingPipeline::report() const {
   r.waiting = queue_.size();
   r.last_arrival = last_arrival_;
   r.age = ages_.time();
-  r.memory_full = map_->refused_blocks() > 0 || map_->memory_bytes() > bytes(config_);
+  r.memory_full = map_->refused_blocks() > 0 || full();
   r.trust = positions_.trust();
   for (const Axis axis : {Axis::kCart, Axis::kTrolley})
     if (r.trust == Trust::kGood && !gantry_.trusted(axis)) {
@@ -277,9 +281,10 @@ Result<std::vector<StageMs>> MappingPipeline::rebuild() {
   if (!report) return report.error();
   // A tile that the filters emptied is published as an empty one.
   for (const Tile* old : map_->tiles()) {
-    Tile& tile = fresh->tile(old->key);
-    tile.reclassified = true;
-    fresh->mark_changed(tile);
+    Tile* tile = fresh->tile_if_room(old->key);
+    if (tile == nullptr) continue;  // counted by the map, which is said to be full
+    tile->reclassified = true;
+    fresh->mark_changed(*tile);
   }
   map_ = std::move(fresh);
   stale_ = false;

@@ -124,6 +124,7 @@ class MappingPipeline {
   [[nodiscard]] Eigen::Isometry3d T_map_rectified(const CloudSample& cloud,
                                                   const Eigen::Vector2d& gantry_m) const;
   void cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m);
+  [[nodiscard]] bool full() const;
   std::optional<Cause> integrate(const CloudSample& cloud, FrameReport& report);
 
   MapperConfig config_;

@@ -6,21 +6,31 @@
 
 namespace crane {
 
-/// Lets one stream through, and another one only once that has been silent for 3 s: two cameras, or
-/// two rangefinders of one axis, are never mixed.
-class StreamGate {
+/// Lets one source through, and another one only once that has been silent for a while: two
+/// cameras, two rangefinders of one axis or two controllers are never mixed.
+template <class Source>
+class SourceGate {
  public:
   using Clock = std::chrono::steady_clock;
-  bool pass(std::uint64_t stream, Clock::time_point now = Clock::now()) {
-    if (stream_ && *stream_ != stream && now - heard_ < std::chrono::seconds(3)) return false;
-    stream_ = stream;
+  explicit SourceGate(std::chrono::milliseconds silence) : silence_(silence) {}
+
+  bool pass(const Source& source, Clock::time_point now = Clock::now()) {
+    if (source_ && *source_ != source && now - heard_ < silence_) return false;
+    source_ = source;
     heard_ = now;
     return true;
   }
 
  private:
-  std::optional<std::uint64_t> stream_;
+  std::chrono::milliseconds silence_;
+  std::optional<Source> source_;
   Clock::time_point heard_{};
+};
+
+/// By the stream that a sample says it is of.
+class StreamGate : public SourceGate<std::uint64_t> {
+ public:
+  StreamGate() : SourceGate(std::chrono::seconds(3)) {}
 };
 
 }  // namespace crane

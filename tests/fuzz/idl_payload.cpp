@@ -12,8 +12,10 @@
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
 #include "octree_mapPubSubTypes.h"
+#include "partial_cloudPubSubTypes.h"
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
+#include "stereo_framePubSubTypes.h"
 #include "tile_requestPubSubTypes.h"
 #include "zone_commandPubSubTypes.h"
 #include "zone_setPubSubTypes.h"
@@ -28,7 +30,8 @@ void decode(const std::uint8_t* data, std::size_t size) {
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size + 1));
   std::memcpy(payload.data, data, size);
   payload.length = static_cast<std::uint32_t>(size);
-  Type sample;
+  static const auto kept = std::make_unique<Type>();  // megabytes, some of them
+  Type& sample = *kept;
   if (!type.deserialize(&payload, &sample)) return;
   (void)crane::dds::flaw(sample);
   eprosima::fastrtps::rtps::InstanceHandle_t handle;
@@ -42,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t which = data[0];
   ++data;
   --size;
-  switch (which % 12) {
+  switch (which % 14) {
     case 0:
       decode<v1::RangefinderPositionPubSubType, v1::RangefinderPosition>(data, size);
       break;
@@ -75,6 +78,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 5:
       decode<v1::MapStatusPubSubType, v1::MapStatus>(data, size);
+      break;
+    case 12:
+      decode<v1::StereoFramePubSubType, v1::StereoFrame>(data, size);
+      break;
+    case 13:
+      decode<v1::PartialCloudPubSubType, v1::PartialCloud>(data, size);
       break;
     default:
       decode<v1::ServiceStatusPubSubType, v1::ServiceStatus>(data, size);

@@ -7,12 +7,19 @@
 #include "map_codec/crc32c.hpp"
 #include "map_codec/tile_codec.hpp"
 #include "map_codec/tile_snapshot.hpp"
+#include "map_sync/held_map.hpp"
 
 namespace {
 
 void decode(std::span<const std::uint8_t> bytes) {
-  (void)crane::decode_tile(bytes, 0);
-  (void)crane::decode_heights(bytes);
+  constexpr std::size_t kRoom = 1U << 20U;
+  crane::HeldMap held(1, kRoom);
+  for (const std::int16_t band : {std::int16_t{0}, std::int16_t{-147}, std::int16_t{146}})
+    if (const auto tile = crane::decode_tile(bytes, band))
+      (void)held.put(held.prepare({0, 0, band}, 1, 1, *tile));
+  if (const auto heights = crane::decode_heights(bytes))
+    (void)held.put(crane::TileKey{0, 0}, 1, 1, {*heights, {}, {}});
+  crane::expects(held.memory_bytes() <= kRoom, "what is held stays within its bound");
   crane::Bytes saved(bytes.begin(), bytes.end());
   const std::uint32_t crc = crane::crc32c(bytes);
   for (int i = 0; i < 4; ++i) saved.push_back(static_cast<std::uint8_t>(crc >> (8 * i)));

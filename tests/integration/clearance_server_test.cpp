@@ -158,6 +158,45 @@ TEST_F(ClearanceServerTest, OfAFloodOfRequestsAFewAreAnsweredAStepAndAllInTheEnd
   EXPECT_LE(most, 4U);
 }
 
+TEST_F(ClearanceServerTest, WhoAsksWithoutEndWaitsBehindItselfAndNobodyElseDoes) {
+  make_map(0);
+  (void)ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });
+  serving_ = {};  // from here on this thread steps
+  auto flooder = *dds::Participant::create(test::settings(), "flooder");
+  auto flood = *dds::Writer<dds::ClearanceRequestTopic>::create(flooder);
+  ASSERT_TRUE(test::eventually([&] { return flood.matched() > 0; }));
+  const auto count = [&] { return server_->counts().received; };
+  // More than may wait, taken in steps that answer a few each.
+  std::uint64_t before = count();
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    auto r = request(9000 + i, 0.5);
+    r.client(78);  // whatever it says: it is told apart by who DDS says it is
+    ASSERT_TRUE(flood.write(r));
+    if (i % 60 == 59)
+      ASSERT_TRUE(test::eventually([&] {
+        EXPECT_TRUE(server_->step(0ms));
+        return count() >= before + i - 5;
+      }));
+  }
+  EXPECT_GT(server_->dropped.of(Cause::kTooManyRequests), 100U);
+  before = count();
+  heartbeat_->say(publisher_.status(builder_, {}));
+  ASSERT_TRUE(requests_.write(request(++number_, 0.5)));
+  ASSERT_TRUE(test::eventually([&] {
+    if (count() == before) EXPECT_TRUE(server_->step(0ms));
+    return count() > before;
+  }));
+  // It was taken; some sixty of the other's wait. Two steps are its turn at the latest.
+  EXPECT_TRUE(server_->step(0ms));
+  EXPECT_TRUE(server_->step(0ms));
+  bool answered = false;
+  EXPECT_TRUE(test::eventually([&] {
+    while (const auto reply = replies_.take())
+      answered = answered || ((**reply).client() == 77 && (**reply).sequence_number() == number_);
+    return answered;
+  }));
+}
+
 TEST_F(ClearanceServerTest, ARequestThatWouldCostTooMuchIsRefusedWithTheReason) {
   make_map(0);
   (void)ask_until(0.5, [](const auto& r) { return r.verdict() == v1::VERDICT_CLEAR; });

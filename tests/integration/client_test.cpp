@@ -44,6 +44,8 @@ TEST_F(ClientTest, EarlyAndLateJoinersHoldTheSameMap) {
   EXPECT_NEAR(late->height(0.1, 0.1).height_m, 0.2, 1e-3);
   EXPECT_EQ(late->height(100, 100).surface, client::Surface::kUnknown);
   EXPECT_EQ(late->count_voxels().occupied, early->count_voxels().occupied);
+  EXPECT_EQ(late->count_columns().known, 20U * 1024);
+  EXPECT_EQ(late->count_columns().lower_bounds, 20U * 1024) << "nothing was seen free above";
 }
 
 TEST_F(ClientTest, OnlyWhatChangedIsPublished) {

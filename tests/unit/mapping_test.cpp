@@ -306,7 +306,12 @@ TEST(ProjectiveIntegrator, TheMemoryLimitIsKeptAndCounted) {
   OccupancyMap map(0.02, 1'000'000);
   ProjectiveIntegrator({-0.3, 1.8}).integrate(view.frame, 1, map);
   EXPECT_GT(map.refused_blocks(), 0U);
-  EXPECT_LT(map.memory_bytes(), 2'000'000U);
+  EXPECT_LE(map.memory_bytes(), 1'000'000U) << "tiles, blocks and layers of surfaces alike";
+  for (std::size_t limit = 0; limit < 400'000; limit += 7'000) {
+    OccupancyMap small(0.02, limit);
+    ProjectiveIntegrator({-0.3, 1.8}).integrate(view.frame, 1, small);
+    EXPECT_LE(small.memory_bytes(), limit);
+  }
 }
 
 TEST(ProjectiveIntegrator, ACubeFreedAtOnceIsWhatVoxelByVoxelWouldFree) {

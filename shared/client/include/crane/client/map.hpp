@@ -140,6 +140,11 @@ class Map {
     std::uint64_t occupied = 0, free = 0;
   };
   [[nodiscard]] VoxelCount count_voxels() const noexcept;
+  /// Columns held here whose surface is known, and those of them whose height is a lower bound.
+  struct ColumnCount {
+    std::uint64_t known = 0, lower_bounds = 0;
+  };
+  [[nodiscard]] ColumnCount count_columns() const noexcept;
   /// As the mapper has them, active or not.
   [[nodiscard]] std::vector<Zone> zones() const noexcept;
 
