@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 
@@ -30,15 +31,21 @@ std::string user_name(uid_t user) {
   return entry != nullptr ? entry->pw_name : std::to_string(user);
 }
 
-/// Whoever reads a key is that identity.
-Result<void> check_key_file(const std::string& key) {
+Error of_another(const std::string& path, uid_t owner) {
+  const std::string us = user_name(geteuid());
+  return wrong(path, "belongs to " + user_name(owner) + ", and this runs as " + us,
+               "chown -R " + us + " " + path);
+}
+
+/// Whoever reads a key is that identity. `home`: the folder that it is in.
+Result<void> check_key_file(const std::string& home, const std::string& key) {
   struct stat is {};
-  if (stat(key.c_str(), &is) != 0)
+  if (stat(key.c_str(), &is) != 0) {
+    if (errno == EACCES && stat(home.c_str(), &is) == 0) return of_another(home, is.st_uid);
     return wrong(key, "cannot be read", "make the identity with deploy/security/make");
+  }
   const uid_t us = geteuid();
-  if (is.st_uid != us && us != 0)
-    return wrong(key, "belongs to " + user_name(is.st_uid) + ", and this runs as " + user_name(us),
-                 "chown " + user_name(us) + " " + key);
+  if (is.st_uid != us && us != 0) return of_another(key, is.st_uid);
   if ((is.st_mode & 077U) != 0) {
     char mode[8];
     std::snprintf(mode, sizeof mode, "%04o", is.st_mode & 07777U);
@@ -164,7 +171,7 @@ Result<SecurityFiles> check_security(const std::string& folder, const SecurityRo
   const auto list = is_there(folder + "/crl.pem");
   if (!list) return list.error();
   if (*list) f.crl = folder + "/crl.pem";
-  if (auto safe = check_key_file(f.key); !safe) return safe.error();
+  if (auto safe = check_key_file(home, f.key); !safe) return safe.error();
   for (const std::string* file : {&f.ca, &f.governance, &f.certificate, &f.key, &f.permissions})
     if (access(file->c_str(), R_OK) != 0)
       return wrong(*file, "cannot be read",
