@@ -14,6 +14,7 @@
 #include <limits>
 #include <map>
 #include <thread>
+#include <utility>
 
 #include "base/clock.hpp"
 #include "base/read_file.hpp"
@@ -180,41 +181,47 @@ class Examination {
             "make certificates with deploy/security/make and set dds.security");
       return;
     }
-    std::error_code failed;
+    const std::string of_crane = dds_.security + "/crane_" + std::to_string(config_.crane);
     int identities = 0;
-    for (std::filesystem::directory_iterator entry(dds_.security, failed), end;
-         !failed && entry != end; entry.increment(failed)) {
-      const std::string name = entry->path().filename();
-      const auto identity = is_folder(entry->path());
-      if (!identity) note("security", identity, "");
-      if (!identity || !*identity || name == "private") continue;
-      ++identities;
-      const auto files = dds::check_security(dds_.security, name);
-      if (!files) {
-        bad(Verdict::kBad, "security", files.error().where + ": " + files.error().what,
-            files.error().todo);
-        continue;
+    for (const std::string& folder : {of_crane, dds_.security}) {
+      std::error_code failed;
+      for (std::filesystem::directory_iterator entry(folder, failed), end; !failed && entry != end;
+           entry.increment(failed)) {
+        const std::string name = entry->path().filename();
+        const auto is_identity = is_folder(entry->path());
+        if (!is_identity) note("security", is_identity, "");
+        if (!is_identity || !*is_identity || name == "private" || name.starts_with("crane_"))
+          continue;
+        ++identities;
+        identity(name);
       }
-      const auto days = files->days_left();
-      const std::string text = name + ": certificate good for " + std::to_string(days) + " days";
-      if (days < dds::kRenewDays)
-        bad(Verdict::kWarning, "security", text, "renew it with deploy/security/make");
-      else
-        good("security", text);
     }
-    const auto ca_key = is_there(dds_.security + "/private");
-    if (!ca_key)
-      note("security", ca_key, "");
-    else if (*ca_key)
-      bad(Verdict::kWarning, "security", "the CA's key is on this host",
-          "keep " + dds_.security + "/private elsewhere");
     if (identities == 0)
       bad(Verdict::kBad, "security", "no identity in '" + dds_.security + "'",
           "make them with deploy/security/make");
   }
 
+  void identity(const std::string& name) {
+    const auto files = dds::check_security(
+        dds_.security,
+        {name, static_cast<std::uint32_t>(config_.crane), static_cast<std::uint32_t>(dds_.domain)});
+    if (!files)
+      return bad(Verdict::kBad, "security", files.error().where + ": " + files.error().what,
+                 files.error().todo);
+    const auto days = files->days_left();
+    const std::string text = name + ": certificate good for " + std::to_string(days) + " days";
+    if (days < dds::kRenewDays)
+      bad(Verdict::kWarning, "security", text, "renew it with deploy/security/make");
+    else
+      good("security", text);
+    if (!files->ca_key.empty() && !std::exchange(said_ca_key_, true))
+      bad(Verdict::kWarning, "security", "the CA's key is on this host",
+          "keep " + files->ca_key + " elsewhere");
+  }
+
   const SiteConfig& config_;
   const DdsConfig& dds_;
+  bool said_ca_key_ = false;
   std::vector<Finding> findings_;
 };
 

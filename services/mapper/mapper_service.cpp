@@ -7,6 +7,7 @@
 #include "base/log.hpp"
 #include "config/site_config.hpp"
 #include "mapper/heartbeat.hpp"
+#include "mapper/map_gauges.hpp"
 #include "mapper/map_publisher.hpp"
 #include "mapper/map_store.hpp"
 #include "mapper/map_validity.hpp"
@@ -305,6 +306,7 @@ class Service {
     // No cloud yet is no failure of the service.
     said_validity_ = h.validity == v1::STATUS_OK ? v1::STATUS_OK : v1::STATUS_DEGRADED;
     said_reason_ = h.reason;
+    said_code_ = h.reason_code;
     heartbeat_->say(publisher.status(pipeline_, h));
   }
 
@@ -319,13 +321,10 @@ class Service {
     s.status = unsaved_.empty() ? said_validity_
                                 : std::max<std::uint32_t>(said_validity_, v1::STATUS_DEGRADED);
     s.message = unsaved_.empty() ? said_reason_ : "the map is not kept on disk: " + unsaved_;
-    const FrameAccount& account = pipeline_.account();
-    s.values = {{"map_revision", double(publisher.revision())},
-                {"map_tiles", double(pipeline_.map().tile_count())},
-                {"map_memory_bytes", double(pipeline_.map().memory_bytes())},
-                {"map_frames_integrated", double(account.integrated)},
-                {"map_frames_missing", double(account.missing)},
-                {"map_last_exposure_seconds", double(account.last_frame_time) * 1e-9}};
+    s.gauges =
+        map_gauges({publisher.revision(), pipeline_.map().tile_count(),
+                    pipeline_.map().memory_bytes(), said_validity_ == v1::STATUS_OK, said_code_},
+                   pipeline_.account());
     s.published = publisher.published_tiles();
     for (const DropCounts& counts :
          {counts_, pipeline_.report().counts, publisher.counts(), inputs.counts()})
@@ -363,6 +362,7 @@ class Service {
   bool took_over_ = false;
   std::optional<v1::MapStatus> last_heard_;      ///< of the mapper before us, if its map is ours
   std::uint32_t said_validity_ = v1::STATUS_OK;  ///< with the last heartbeat
+  std::uint32_t said_code_ = v1::MAP_NOTHING_YET;
   std::string said_reason_;
   std::string unsaved_;  ///< why the last state is not on disk; empty: it is
   Every save_state_{2};  ///< what is younger is sent again, or lost in real time, after kill -9

@@ -1,6 +1,7 @@
 #include "mapper/standby.hpp"
 
 #include "base/log.hpp"
+#include "mapper/map_gauges.hpp"
 
 namespace crane {
 namespace {
@@ -48,7 +49,7 @@ Result<bool> Standby::wait(ServiceContext& context, MapperInputs& inputs,
     status.message = cut_off     ? "hears neither the mapper nor a rangefinder"
                      : current() ? "holds the map that is served"
                                  : "does not hold all of the map";
-    status.values = {{"map_tiles", double(pipeline.map().tile_count())}};
+    status.gauges = {tiles_gauge(pipeline.map().tile_count())};
     status.tick();
   }
   return false;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace crane {
 namespace {
@@ -28,6 +30,10 @@ void StageTimes::add(const std::string& stage, double ms) {
   ++h.buckets[bucket_of(ms)];
   ++h.count;
   h.max_ms = std::max(h.max_ms, ms);
+  if (ms > 0) h.sum_ms += ms;  // clocks of two hosts may disagree; a sum must not fall
+  const auto* bound = std::lower_bound(kStageBounds_s.begin(), kStageBounds_s.end(), ms * 1e-3);
+  if (bound != kStageBounds_s.end())
+    ++h.within[static_cast<std::size_t>(bound - kStageBounds_s.begin())];
 }
 
 std::vector<StageSummary> StageTimes::summary() const {
@@ -44,6 +50,16 @@ std::vector<StageSummary> StageTimes::summary() const {
       return h.max_ms;
     };
     out.push_back({stage.first, h.count, percentile(0.50), percentile(0.99), h.max_ms});
+  }
+  return out;
+}
+
+std::vector<StageHistogram> StageTimes::histograms() const {
+  std::vector<StageHistogram> out;
+  for (const auto& [name, h] : stages_) {
+    StageHistogram of{name, h.within, h.count, h.sum_ms * 1e-3};
+    std::partial_sum(of.at_most.begin(), of.at_most.end(), of.at_most.begin());
+    out.push_back(std::move(of));
   }
   return out;
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "http/client.hpp"
+#include "service/metrics.hpp"
 
 namespace crane {
 
@@ -22,8 +23,14 @@ struct HealthServer::Impl {
     return {well ? 200 : 503, (hangs.empty() ? word.text : hangs) + "\n"};
   }
   http::Response metrics() {
+    const bool turn = watch.stalled().empty();
     const std::lock_guard lock(mutex);
-    return {200, word.metrics, "text/plain; version=0.0.4"};
+    const Gauge healthy{"healthy",
+                        "1 while each thread of the service turns and nothing failed.",
+                        turn && word.healthy ? 1.0 : 0.0,
+                        {}};
+    return {200, word.metrics + to_metric(word.crane, word.service, healthy),
+            "text/plain; version=0.0.4"};
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ class HealthServer {
     bool healthy = true, ready = true;
     std::string text;     ///< why not, one line
     std::string metrics;  ///< Prometheus text format
+    std::uint32_t crane = 0, service = 0;
   };
   /// To be told every second.
   void tell(Word word);

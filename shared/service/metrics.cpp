@@ -35,9 +35,9 @@ double entries(const char* folder) {
 
 class Text {
  public:
-  explicit Text(const v1::ServiceStatus& s)
-      : labels_("crane=\"" + std::to_string(s.crane()) + "\",service=\"" +
-                service_name(s.service()) + "\"") {
+  Text(std::uint32_t crane, std::uint32_t service)
+      : labels_("crane=\"" + std::to_string(crane) + "\",service=\"" + service_name(service) +
+                "\"") {
     text_.precision(15);
   }
   void family(const char* name, const char* type, const char* help) {
@@ -50,6 +50,11 @@ class Text {
     family(name, type, help);
     value(name, v);
   }
+  void gauge(const Gauge& g, bool first) {
+    const std::string full = "cranemap_" + g.name;
+    if (first) family(full.c_str(), "gauge", g.help.c_str());
+    value(full, g.value, g.label);
+  }
   [[nodiscard]] std::string str() const { return text_.str(); }
 
  private:
@@ -59,8 +64,15 @@ class Text {
 
 }  // namespace
 
-std::string to_metrics(const v1::ServiceStatus& s, const std::map<std::string, double>& values) {
-  Text t(s);
+std::string to_metric(std::uint32_t crane, std::uint32_t service, const Gauge& gauge) {
+  Text t(crane, service);
+  t.gauge(gauge, true);
+  return t.str();
+}
+
+std::string to_metrics(const v1::ServiceStatus& s, const std::vector<StageHistogram>& stages,
+                       const std::vector<Gauge>& gauges) {
+  Text t(s.crane(), s.service());
   t.family("cranemap_build_info", "gauge", "Always 1; version and build type are its labels.");
   t.value("cranemap_build_info", 1,
           "version=\"" + label(s.version().c_str()) + "\",build_type=\"" +
@@ -68,28 +80,29 @@ std::string to_metrics(const v1::ServiceStatus& s, const std::map<std::string, d
   t.one("cranemap_status", "gauge", "0 ok, 1 degraded, 2 failed.", s.status());
   t.one("cranemap_start_time_seconds", "gauge", "Start of the service, Unix epoch.",
         double(s.start_ns()) * 1e-9);
+  t.one("cranemap_told_time_seconds", "gauge", "When the service last told of itself, Unix epoch.",
+        double(s.time_ns()) * 1e-9);
   t.one("cranemap_received_total", "counter", "Samples taken in.", double(s.received()));
   t.one("cranemap_published_total", "counter", "Samples handed on.", double(s.published()));
   t.family("cranemap_dropped_total", "counter", "What was not used, by cause.");
   for (const v1::DropCount& d : s.dropped())
     t.value("cranemap_dropped_total", double(d.count()),
             "cause=\"" + label(d.cause().c_str()) + "\"");
-  t.family("cranemap_stage_seconds", "gauge", "Duration of a stage since the start.");
-  for (const v1::StageTime& stage : s.stages()) {
-    const std::string name = "stage=\"" + label(stage.stage().c_str()) + "\"";
-    t.value("cranemap_stage_seconds", stage.p50_ms() * 1e-3, name + ",quantile=\"0.5\"");
-    t.value("cranemap_stage_seconds", stage.p99_ms() * 1e-3, name + ",quantile=\"0.99\"");
-    t.value("cranemap_stage_seconds", stage.max_ms() * 1e-3, name + ",quantile=\"1\"");
+  t.family("cranemap_stage_duration_seconds", "histogram", "What a stage takes.");
+  for (const StageHistogram& h : stages) {
+    const std::string stage = "stage=\"" + label(h.name) + "\"";
+    for (std::size_t i = 0; i < kStageBounds_s.size(); ++i) {
+      std::ostringstream bound;
+      bound << kStageBounds_s[i];
+      t.value("cranemap_stage_duration_seconds_bucket", double(h.at_most[i]),
+              stage + ",le=\"" + bound.str() + "\"");
+    }
+    t.value("cranemap_stage_duration_seconds_bucket", double(h.count), stage + ",le=\"+Inf\"");
+    t.value("cranemap_stage_duration_seconds_sum", h.sum_s, stage);
+    t.value("cranemap_stage_duration_seconds_count", double(h.count), stage);
   }
-  t.family("cranemap_stage_runs_total", "counter", "How often a stage ran.");
-  for (const v1::StageTime& stage : s.stages())
-    t.value("cranemap_stage_runs_total", double(stage.count()),
-            "stage=\"" + label(stage.stage().c_str()) + "\"");
-  for (const auto& [name, v] : values) {
-    const std::string full = "cranemap_" + name;
-    t.family(full.c_str(), "gauge", "See services/README.md.");
-    t.value(full, v);
-  }
+  for (std::size_t i = 0; i < gauges.size(); ++i)
+    t.gauge(gauges[i], i == 0 || gauges[i].name != gauges[i - 1].name);
   t.one("process_cpu_seconds_total", "counter", "User and system time.", s.cpu_seconds());
   t.one("process_resident_memory_bytes", "gauge", "Resident memory.", double(s.memory_bytes()));
   t.one("process_open_fds", "gauge", "Open file descriptors.", entries("/proc/self/fd"));

@@ -108,11 +108,15 @@ void StatusReporter::tick(bool now) {
   static constexpr const char* kWords[] = {"ok", "degraded", "failed"};
   const std::string word = kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] +
                            (message.empty() ? "" : ": " + message);
+  std::vector<Gauge> figures = gauges;
   if (certificate_expires_ > 0)
-    values["certificate_expires_seconds"] = double(certificate_expires_) * 1e-9;
+    figures.push_back({"certificate_expires_time_seconds",
+                       "When the certificate or its CA expires, Unix epoch.",
+                       double(certificate_expires_) * 1e-9,
+                       {}});
   if (health_)
-    health_->tell(
-        {status != v1::STATUS_FAILED, status == v1::STATUS_OK, word, to_metrics(s, values)});
+    health_->tell({status != v1::STATUS_FAILED, status == v1::STATUS_OK, word,
+                   to_metrics(s, stages.histograms(), figures), s.crane(), service_});
   // Does nothing where systemd does not ask for it.
   const std::string hangs = LoopWatch::of_process().trouble();
   sd_notify(

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "base/stage_times.hpp"
 #include "dds/endpoints.hpp"
 #include "service/health.hpp"
+#include "service/metrics.hpp"
 
 namespace crane {
 
@@ -52,7 +52,7 @@ class StatusReporter {
   bool finished = false;
   std::uint32_t status = 0;  ///< v1::STATUS_*
   std::string message;
-  std::map<std::string, double> values;  ///< gauges for /metrics
+  std::vector<Gauge> gauges;  ///< for /metrics
 
   /// Speaks from now on for another of v1::SERVICE_*.
   void serve_as(std::uint32_t service) { service_ = service; }

@@ -57,7 +57,10 @@ TEST(Metrics, AreLinesThatPrometheusReads) {
   d.cause("a \"quote\" and a \\");
   d.count(7);
   s.dropped().push_back(d);
-  const std::string text = to_metrics(s, {{"map_tiles", 12}});
+  const std::string text = to_metrics(s, {},
+                                      {{"map_tiles", "Tiles.", 12, {}},
+                                       {"why", "Why.", 0, "a=\"b\""},
+                                       {"why", "Why.", 1, "a=\"c\""}});
   EXPECT_NE(
       text.find("cranemap_dropped_total{crane=\"3\",service=\"stereo\",cause=\"a \\\"quote\\\" "
                 "and a \\\\\"} 7\n"),
@@ -65,8 +68,34 @@ TEST(Metrics, AreLinesThatPrometheusReads) {
       << text;
   EXPECT_NE(text.find("cranemap_map_tiles{crane=\"3\",service=\"stereo\"} 12\n"),
             std::string::npos);
+  EXPECT_NE(
+      text.find("# TYPE cranemap_why gauge\ncranemap_why{crane=\"3\",service=\"stereo\",a=\"b\"} "
+                "0\ncranemap_why{crane=\"3\",service=\"stereo\",a=\"c\"} 1\n"),
+      std::string::npos)
+      << text;
   EXPECT_NE(text.find("process_threads{"), std::string::npos);
   EXPECT_EQ(text.back(), '\n');
+}
+
+TEST(Metrics, StagesAreHistogramsOfFixedBuckets) {
+  StageTimes times;
+  for (const double ms : {-3.0, 0.05, 1.0, 1.1, 30.0, 70'000.0}) times.add("match", ms);
+  v1::ServiceStatus s;
+  s.service(v1::SERVICE_STEREO);
+  const std::string text = to_metrics(s, times.histograms(), {});
+  const auto has = [&](const std::string& name, const std::string& rest) {
+    const std::string line = "cranemap_stage_duration_seconds_" + name +
+                             "{crane=\"0\",service=\"stereo\",stage=\"match\"" + rest + "\n";
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  };
+  has("bucket", ",le=\"0.0001\"} 2");
+  has("bucket", ",le=\"0.001\"} 3");  // a bound belongs to its bucket
+  has("bucket", ",le=\"0.0025\"} 4");
+  has("bucket", ",le=\"0.05\"} 5");
+  has("bucket", ",le=\"10\"} 5");
+  has("bucket", ",le=\"+Inf\"} 6");
+  has("count", "} 6");
+  has("sum", "} 70.03215");
 }
 
 TEST(Health, AnswersWhatItWasToldAndRefusesAPortThatIsTaken) {
