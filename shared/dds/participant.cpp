@@ -19,6 +19,7 @@
 #include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
 #include "dds/security.hpp"
+#include "dds/topics.hpp"
 
 namespace crane::dds {
 namespace {
@@ -75,9 +76,32 @@ void own_process() {
 
 namespace {
 
+template <class... Topics>
+std::map<std::string, std::uint32_t> sample_bounds(std::tuple<Topics...>*) {
+  constexpr std::size_t kEncoding = 4, kAlignment = 8;
+  return {{Topics::kName,
+           std::uint32_t(Topics::Type::getMaxCdrSerializedSize() + kEncoding + kAlignment)}...};
+}
+
+/// What the guard may rely on. A profile sets what it likes: ports, servers, governance.
+guard::Options guard_options(const Settings& settings) {
+  static const auto bounds = sample_bounds(static_cast<AllTopics*>(nullptr));
+  guard::Options options;
+  const bool profile = !settings.profile_file.empty();
+  if (!profile) options.domain = static_cast<int>(settings.domain);
+  options.servers = profile || !settings.servers.empty();
+  options.encrypted = !profile && all_is_encrypted(settings);
+  options.largest_sample = [](const std::string& topic) {
+    const auto found = bounds.find(topic);
+    return found == bounds.end() ? 0U : found->second;
+  };
+  return options;
+}
+
 /// A check before every transport that listens to the network. What a profile leaves to Fast DDS
 /// (UDP and shared memory) is made here instead, so that it can be checked as well.
-void guard_transports(fdds::DomainParticipantQos& qos, const std::shared_ptr<GuardCounts>& counts) {
+void guard_transports(fdds::DomainParticipantQos& qos, const Settings& settings,
+                      const std::shared_ptr<GuardCounts>& counts) {
   using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
   auto& transports = qos.transport().user_transports;
   if (std::exchange(qos.transport().use_builtin_transports, false)) {
@@ -86,7 +110,7 @@ void guard_transports(fdds::DomainParticipantQos& qos, const std::shared_ptr<Gua
   }
   for (auto& transport : transports)
     if (dynamic_cast<SharedMemTransportDescriptor*>(transport.get()) == nullptr)
-      transport = guarded(transport, counts);
+      transport = guarded(transport, counts, guard_options(settings));
 }
 
 Result<void> load_profile(const Settings& settings, fdds::DomainParticipantQos& qos) {
@@ -152,7 +176,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
       log_warning(buffers.error().text());
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
-  if (settings.guard_datagrams) guard_transports(qos, impl->guard);
+  if (settings.guard_datagrams) guard_transports(qos, settings, impl->guard);
   qos.name(name);
   ++participants();
 

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 
 #include "base/log.hpp"
@@ -88,6 +90,15 @@ Result<SecurityFiles> check_security(const std::string& folder, const std::strin
     return Error{ErrorCode::kConfiguration, f.key, "can be read by everybody",
                  "chmod o-r " + f.key};
   return f;
+}
+
+bool all_is_encrypted(const Settings& settings) {
+  if (settings.security.empty()) return false;
+  std::ifstream file(settings.security + "/governance.p7s");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto says = [&text](const char* what) { return text.find(what) != std::string::npos; };
+  return says("<rtps_protection_kind>ENCRYPT</rtps_protection_kind>") &&
+         says("<allow_unauthenticated_participants>false</allow_unauthenticated_participants>");
 }
 
 Result<TimeNs> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
