@@ -1,15 +1,17 @@
 #include "dds/guarded_transport.hpp"
 
+#include <arpa/inet.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <ifaddrs.h>
 
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/log.hpp"
 #include "base/loop_watch.hpp"
-#include "dds/rtps_check.hpp"
 
 namespace crane::dds {
 namespace {
@@ -24,19 +26,45 @@ constexpr std::uint32_t kLargestMessage = 65'536;  ///< as of UDP; Fast DDS send
 class Descriptor final : public ert::ChainingTransportDescriptor {
  public:
   Descriptor(std::shared_ptr<ert::TransportDescriptorInterface> low,
-             std::shared_ptr<GuardCounts> counts)
-      : ChainingTransportDescriptor(std::move(low)), counts_(std::move(counts)) {}
+             std::shared_ptr<GuardCounts> counts, guard::Options options)
+      : ChainingTransportDescriptor(std::move(low)),
+        counts_(std::move(counts)),
+        options_(std::move(options)) {}
   ert::TransportInterface* create_transport() const override;
   [[nodiscard]] const std::shared_ptr<GuardCounts>& counts() const { return counts_; }
+  [[nodiscard]] const guard::Options& options() const { return options_; }
 
  private:
   std::shared_ptr<GuardCounts> counts_;
+  guard::Options options_;
 };
+
+std::vector<guard::Ipv4> own_addresses() {
+  std::vector<guard::Ipv4> out;
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return out;
+  for (const ifaddrs* i = all; i != nullptr; i = i->ifa_next)
+    if (i->ifa_addr != nullptr && i->ifa_addr->sa_family == AF_INET)
+      out.push_back(ntohl(reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr.s_addr));
+  freeifaddrs(all);
+  return out;
+}
+
+/// Of what came through shared memory: this host. 0 if it came in no way that we know.
+guard::Ipv4 source_of(const rtps::Locator_t& remote) {
+  constexpr guard::Ipv4 kLoopback = 0x7F000001;
+  if (remote.kind == LOCATOR_KIND_SHM) return kLoopback;
+  if (remote.kind != LOCATOR_KIND_UDPv4) return 0;
+  const rtps::octet* a = remote.address + 12;
+  return guard::Ipv4(a[0]) << 24U | guard::Ipv4(a[1]) << 16U | guard::Ipv4(a[2]) << 8U | a[3];
+}
 
 class Transport final : public ert::ChainingTransport {
  public:
   explicit Transport(const Descriptor& descriptor)
-      : ChainingTransport(descriptor), descriptor_(descriptor) {}
+      : ChainingTransport(descriptor), descriptor_(descriptor), guard_(descriptor.options()) {
+    guard_.set_own_addresses(own_addresses());
+  }
   /// The low one's threads use what the base class holds until they end.
   ~Transport() override { low_level_transport_.reset(); }
   void shutdown() override { low_level_transport_->shutdown(); }
@@ -63,17 +91,20 @@ class Transport final : public ert::ChainingTransport {
     // The sender can still write in shared memory: what is checked has to be what is used.
     thread_local std::vector<rtps::octet> copied;
     const bool shared = kind() == LOCATOR_KIND_SHM;
-    const char* flaw = shared && size > kLargestMessage ? "is larger than any message" : nullptr;
-    if (shared && flaw == nullptr) {
+    if (shared && size > kLargestMessage) return refuse(guard::Refusal::kLength);
+    if (shared) {
       copied.assign(buffer, buffer + size);
       buffer = copied.data();
     }
-    if (flaw == nullptr) flaw = check_.flaw({buffer, size});
-    if (flaw == nullptr) return hand_on(next, buffer, size, local, remote);
-    const std::uint64_t refused = ++descriptor_.counts()->refused;
-    if (refused == 1 || refused % 100'000 == 0)
-      log_warning("datagram refused: " + std::string(flaw) + " (" + std::to_string(refused) +
-                  " so far)");
+    const auto now = std::chrono::steady_clock::now();
+    look_at_interfaces(now);
+    thread_local guard::Verdict verdict;
+    guard_.check({buffer, size}, source_of(remote), now, verdict);
+    if (verdict.refusal != guard::Refusal::kNone) return refuse(verdict.refusal);
+    if (verdict.patches.empty()) return hand_on(next, buffer, size, local, remote);
+    if (!shared) copied.assign(buffer, buffer + size);
+    verdict.patches.apply(copied);
+    hand_on(next, copied.data(), size, local, remote);
   }
 
  private:
@@ -88,8 +119,27 @@ class Transport final : public ert::ChainingTransport {
     kWork.rests();
   }
 
+  void refuse(guard::Refusal refusal) {
+    GuardCounts& counts = *descriptor_.counts();
+    const std::uint64_t refused = ++counts.refused;
+    const std::uint64_t alike = ++counts.by_refusal.at(static_cast<std::size_t>(refusal));
+    if (alike == 1 || refused % 100'000 == 0)
+      log_warning("datagram refused: " + std::string(text(refusal)) + " (" + std::to_string(alike) +
+                  " of this kind, " + std::to_string(refused) + " in all)");
+  }
+
+  /// Addresses come and go: looked at every few seconds, by whoever receives.
+  void look_at_interfaces(std::chrono::steady_clock::time_point now) {
+    const std::int64_t seconds =
+        std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count();
+    std::int64_t due = look_at_.load();
+    if (seconds < due || !look_at_.compare_exchange_strong(due, seconds + 5)) return;
+    guard_.set_own_addresses(own_addresses());
+  }
+
   Descriptor descriptor_;
-  RtpsCheck check_;
+  guard::Guard guard_;
+  std::atomic<std::int64_t> look_at_{0};
 };
 
 ert::TransportInterface* Descriptor::create_transport() const {
@@ -100,8 +150,8 @@ ert::TransportInterface* Descriptor::create_transport() const {
 
 std::shared_ptr<ert::TransportDescriptorInterface> guarded(
     std::shared_ptr<ert::TransportDescriptorInterface> transport,
-    std::shared_ptr<GuardCounts> counts) {
-  return std::make_shared<Descriptor>(std::move(transport), std::move(counts));
+    std::shared_ptr<GuardCounts> counts, guard::Options options) {
+  return std::make_shared<Descriptor>(std::move(transport), std::move(counts), std::move(options));
 }
 
 }  // namespace crane::dds

@@ -20,6 +20,7 @@
 #include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
 #include "dds/security.hpp"
+#include "dds/topics.hpp"
 
 namespace crane::dds {
 namespace {
@@ -76,10 +77,32 @@ void own_process() {
 
 namespace {
 
+template <class... Topics>
+std::map<std::string, std::uint32_t> sample_bounds(std::tuple<Topics...>*) {
+  constexpr std::size_t kEncoding = 4, kAlignment = 8;
+  return {{Topics::kName,
+           std::uint32_t(Topics::Type::getMaxCdrSerializedSize() + kEncoding + kAlignment)}...};
+}
+
+/// What the guard may rely on. A profile sets what it likes: ports, servers, governance.
+guard::Options guard_options(const Settings& settings) {
+  static const auto bounds = sample_bounds(static_cast<AllTopics*>(nullptr));
+  guard::Options options;
+  const bool profile = !settings.profile_file.empty();
+  if (!profile) options.domain = static_cast<int>(settings.domain);
+  options.servers = profile || !settings.servers.empty();
+  options.encrypted = !profile && all_is_encrypted(settings);
+  options.largest_sample = [](const std::string& topic) {
+    const auto found = bounds.find(topic);
+    return found == bounds.end() ? 0U : found->second;
+  };
+  return options;
+}
+
 /// A check before every transport. What a profile leaves to Fast DDS
 /// (UDP and shared memory) is made here instead, so that it can be checked as well.
 /// Error: Configuration for TCP: what breaks it are its own messages, which no check sees.
-Result<void> guard_transports(fdds::DomainParticipantQos& qos,
+Result<void> guard_transports(fdds::DomainParticipantQos& qos, const Settings& settings,
                               const std::shared_ptr<GuardCounts>& counts) {
   using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
   auto& transports = qos.transport().user_transports;
@@ -93,7 +116,7 @@ Result<void> guard_transports(fdds::DomainParticipantQos& qos,
       return Error{ErrorCode::kConfiguration, "dds.profile_file",
                    "has a TCP transport: Fast DDS 2.9 is ended by 18 bytes that it receives there",
                    "use UDP to peers, through a tunnel: deploy/network/README.md"};
-    transport = guarded(transport, counts);
+    transport = guarded(transport, counts, guard_options(settings));
   }
   return {};
 }
@@ -162,7 +185,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
   if (settings.guard_datagrams)
-    if (auto guarded = guard_transports(qos, impl->guard); !guarded) return guarded.error();
+    if (auto guarded = guard_transports(qos, settings, impl->guard); !guarded) return guarded.error();
   qos.name(name);
   ++participants();
 

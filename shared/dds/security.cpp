@@ -1,6 +1,8 @@
 #include "dds/security.hpp"
 
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fstream>
+#include <iterator>
 
 #include "base/log.hpp"
 
@@ -8,6 +10,15 @@ namespace crane::dds {
 
 std::int64_t SecurityFiles::days_left() const {
   return (expires - SystemClock().now()) / (86'400 * kNsPerSecond);
+}
+
+bool all_is_encrypted(const Settings& settings) {
+  if (settings.security.empty()) return false;
+  std::ifstream file(settings.security + "/governance.p7s");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto says = [&text](const char* what) { return text.find(what) != std::string::npos; };
+  return says("<rtps_protection_kind>ENCRYPT</rtps_protection_kind>") &&
+         says("<allow_unauthenticated_participants>false</allow_unauthenticated_participants>");
 }
 
 Result<TimeNs> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,

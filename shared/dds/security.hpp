@@ -43,4 +43,8 @@ Result<SecurityFiles> check_security(const std::string& folder, const SecurityRo
 Result<TimeNs> set_security(eprosima::fastdds::dds::DomainParticipantQos& qos,
                             const Settings& settings);
 
+/// Whether the governance, as deploy/security/make writes it, has every message encrypted and lets
+/// nobody in without a certificate.
+bool all_is_encrypted(const Settings& settings);
+
 }  // namespace crane::dds

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
-#include "dds/rtps_check.hpp"
+#include "rtps_guard/guard.hpp"
 
 namespace crane {
 namespace {
@@ -42,6 +42,16 @@ std::vector<Datagram> frame(std::uint32_t number) {
   return out;
 }
 
+Datagram announcement() {
+  Datagram d = {'R', 'T', 'P', 'S', 2, 2,  1,  15, 1,    2, 3,  4,
+                5,   6,   7,   8,   9, 10, 11, 12, 0x15, 5, 60, 0};
+  for (const std::uint32_t v :
+       {0x00100000U, 0xC7000100U, 0xC2000100U, 0U, 1U, 0x00000300U, 0x00080002U, 10U, 0U,
+        0x00040058U, 0xC3FU, 0x00040016U, 0x00000F01U, 0x00000001U, 0U})
+    put32(d, v);
+  return d;
+}
+
 void GuardOfAFrame(benchmark::State& state) {
   const int in = socket(AF_INET, SOCK_DGRAM, 0), out = socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
@@ -52,7 +62,12 @@ void GuardOfAFrame(benchmark::State& state) {
     return state.SkipWithError("no UDP port on the loopback");
   getsockname(in, reinterpret_cast<sockaddr*>(&address), &size);
   Datagram buffer(65'536);
-  dds::RtpsCheck check;
+  // As from a participant that announced itself: each fragment is remembered.
+  guard::Guard check;
+  guard::Verdict verdict;
+  check.check(announcement(), 0x7F000001, guard::Clock::now(), verdict);
+  if (verdict.refusal != guard::Refusal::kNone)
+    return state.SkipWithError("the announcement was refused");
   std::uint32_t number = 0;
   std::uint64_t refused = 0;
   double check_ms = 0, udp_ms = 0;
@@ -61,7 +76,10 @@ void GuardOfAFrame(benchmark::State& state) {
     const auto datagrams = frame(++number);
     state.ResumeTiming();
     const Stopwatch checking;
-    for (const Datagram& d : datagrams) refused += check.flaw(d) == nullptr ? 0 : 1;
+    for (const Datagram& d : datagrams) {
+      check.check(d, 0x7F000001, guard::Clock::now(), verdict);
+      refused += verdict.refusal == guard::Refusal::kNone ? 0 : 1;
+    }
     check_ms += checking.ms();
     const Stopwatch sending;
     for (const Datagram& d : datagrams) {

@@ -1,28 +1,43 @@
 // Serves tiles, takes frames and answers commands until it is ended: what datagram_guard_test
-// attacks. usage: guard_victim DOMAIN guarded|bare
+// attacks. usage: guard_victim DOMAIN guarded|bare [SECURITY]    with a folder of DDS Security, as
+// its mapper
 
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <thread>
+#include <utility>
 
 #include "bounds.h"
 #include "dds/endpoints.hpp"
 
+namespace {
+template <class T>
+std::shared_ptr<T> shared(T&& reader) {
+  return std::make_shared<T>(std::forward<T>(reader));
+}
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace crane;
-  if (argc != 3) return 2;
+  if (argc != 3 && argc != 4) return 2;
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   dds::Settings settings;
   settings.domain = static_cast<std::uint32_t>(std::atoi(argv[1]));
   settings.transport = dds::Transport::kUdp;
   settings.guard_datagrams = std::strcmp(argv[2], "guarded") == 0;
+  if (argc == 4) {
+    settings.security = argv[3];
+    settings.identity = "mapper";
+  }
   auto participant = *dds::Participant::create(settings, "victim");
   auto tiles = *dds::Writer<dds::MapTileTopic>::create(participant);
-  auto frames = *dds::Reader<dds::StereoFrameTopic>::create(participant, nullptr);
+  std::shared_ptr<dds::Reader<dds::StereoFrameTopic>> frames;  // a mapper may not read them
+  if (argc == 3) frames = shared(*dds::Reader<dds::StereoFrameTopic>::create(participant, nullptr));
   auto commands = *dds::Reader<dds::ZoneCommandTopic>::create(participant, nullptr);
   auto zones = *dds::Writer<dds::ZoneSetTopic>::create(participant);
   v1::MapTile tile;
@@ -36,7 +51,7 @@ int main(int argc, char** argv) {
   for (int n = 0; getppid() == parent; ++n) {
     tile.tile_x(static_cast<std::int16_t>(n % 50));
     (void)tiles.write(tile);
-    while (frames.take()) {
+    while (frames && frames->take()) {
     }
     while (commands.take()) {
       set.revision(set.revision() + 1);

@@ -1,0 +1,416 @@
+// What the guard before Fast DDS refuses, and why; each kind that ended, hung or filled a service
+// is here, with its neighbours.
+
+#include "rtps_guard/guard.hpp"
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+
+#include "../rtps/build.hpp"
+
+namespace crane::guard {
+
+void PrintTo(Refusal refusal, std::ostream* out) {
+  *out << text(refusal);
+}
+
+namespace {
+
+using test::Datagram;
+using test::Rtps;
+using namespace std::chrono_literals;
+
+constexpr Ipv4 kLoopback = 0x7F000001, kFar = 0x0A630005, kOther = 0x0A630006;
+constexpr std::uint32_t kWriter = 0x00001203;
+
+/// One guard and its clock.
+struct Watch {
+  explicit Watch(Options options = {}) : guard(std::move(options)) {}
+  Refusal operator()(const Datagram& d, Ipv4 source = kLoopback) {
+    guard.check(d, source, now, verdict);
+    patched = d;
+    if (verdict.refusal == Refusal::kNone) verdict.patches.apply(patched);
+    return verdict.refusal;
+  }
+  Guard guard;
+  Clock::time_point now{1h};
+  Verdict verdict;
+  Datagram patched;
+};
+
+Datagram pad(std::size_t bytes) {
+  return Datagram(bytes, 0);
+}
+
+TEST(RtpsGuard, WalksWhereFastDdsWalksAndRefusesLengthsThatTheTwoCouldReadDifferently) {
+  Watch watch;
+  EXPECT_EQ(watch(Rtps()), Refusal::kNone);
+  EXPECT_EQ(watch(pad(19)), Refusal::kHeader);
+  EXPECT_EQ(watch(pad(64)), Refusal::kHeader);
+  // An own submessage of 5 bytes: one reader goes on at 5, the other at 8.
+  EXPECT_EQ(watch(Rtps(Rtps::kMe, 0x0110).add(0x90, 0, pad(8), 5)), Refusal::kUnaligned);
+  EXPECT_EQ(watch(Rtps(Rtps::kMe, 0x0110).add(0x90, 0, pad(5))), Refusal::kNone) << "the last one";
+  EXPECT_EQ(watch(Rtps().add(0x90, 0, pad(8))), Refusal::kUnknownSubmessage)
+      << "none of Fast DDS's";
+  for (int length = 40; length < 80; ++length)
+    EXPECT_EQ(watch(Rtps().add(0x80, 0, pad(60), length)), Refusal::kStatistics) << length;
+  EXPECT_EQ(watch(Rtps().add(0x80, 0, pad(56))), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().add(0x80, 0, pad(56)).add(1, 0, {})), Refusal::kStatistics);
+  EXPECT_EQ(watch(Rtps().add(1, 0, pad(8)).add(9, 2, {}).add(1, 0, {})), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().add(1, 0, pad(8), 12)), Refusal::kLength);
+  EXPECT_EQ(watch(Rtps().add(0x42, 0, pad(8))), Refusal::kUnknownSubmessage);
+  EXPECT_EQ(watch(Rtps().add(0x0F, 0, pad(32))), Refusal::kUnknownSubmessage) << "INFO_REPLY";
+  EXPECT_EQ(watch(Rtps().add(0x0C, 0, pad(24))), Refusal::kShort) << "INFO_SRC of another size";
+}
+
+TEST(RtpsGuard, RefusesNumbersAndSetsThatBreakTheStandard) {
+  Watch watch;
+  const auto acknack = [](std::uint64_t base, std::uint32_t bits, std::size_t words) {
+    return Rtps().add(6, 0,
+                      Rtps::cat({Rtps::u32(0), Rtps::u32(0), Rtps::number(base), Rtps::u32(bits),
+                                 pad(4 * words), Rtps::u32(1)}));
+  };
+  EXPECT_EQ(watch(acknack(5, 32, 1)), Refusal::kNone);
+  EXPECT_EQ(watch(acknack(5, 257, 9)), Refusal::kSet);
+  EXPECT_EQ(watch(acknack(5, 256, 2)), Refusal::kSet);
+  EXPECT_EQ(watch(acknack(1ULL << 63U, 0, 0)), Refusal::kSequenceNumber);
+  EXPECT_EQ(watch(Rtps().heartbeat(kWriter, 9, 5, 1)), Refusal::kSequenceNumber);
+  EXPECT_EQ(watch(Rtps().heartbeat(kWriter, 1, 0, 1)), Refusal::kNone) << "nothing written yet";
+  EXPECT_EQ(watch(Rtps().gap(kWriter, 9, 5)), Refusal::kSequenceNumber);
+  EXPECT_EQ(watch(Rtps().gap(kWriter, 0, 5)), Refusal::kSequenceNumber);
+  EXPECT_EQ(watch(Rtps().data(kWriter, 0, pad(8))), Refusal::kSequenceNumber);
+  EXPECT_EQ(watch(Rtps().data(kWriter, 1, pad(8), 12)), Refusal::kPayload) << "data and key";
+}
+
+TEST(RtpsGuard, RefusesParametersThatDoNotFitTheirKindAndStandardOnesItDoesNotKnow) {
+  const auto with = [](std::uint16_t id, const Datagram& value) {
+    return Rtps().announce(10, "127.0.0.1", Rtps::parameter(id, value));
+  };
+  Watch watch;
+  EXPECT_EQ(watch(with(0x62, Rtps::string("name"))), Refusal::kNone);
+  EXPECT_EQ(watch(with(0x62, Rtps::cat({Rtps::u32(400), pad(4)}))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x62, Rtps::cat({Rtps::u32(4), {'a', 'b', 'c', 'd'}}))), Refusal::kParameter)
+      << "a string without its end";
+  EXPECT_EQ(watch(with(0x59, Rtps::u32(0xFFFFFFFF))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x29, Rtps::u32(0xFFFFFFFF))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x2C, Rtps::u32(0xFFFFFFFF))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x73, Rtps::u32(0xFFFFFFFF))), Refusal::kParameter)
+      << "Fast DDS appends as many as it claims";
+  EXPECT_EQ(watch(with(0x8006, Rtps::u32(0xFFFFFFFF))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x1A, pad(8))), Refusal::kParameter);
+  EXPECT_EQ(watch(with(0x00F0, pad(8))), Refusal::kUnknownParameter);
+  EXPECT_EQ(watch(with(0x7FFF, pad(8))), Refusal::kUnknownParameter);
+  EXPECT_EQ(watch(with(0xC123, pad(8))), Refusal::kUnknownParameter) << "must be understood";
+  EXPECT_EQ(watch(with(0x8123, pad(8))), Refusal::kNone) << "another vendor's own";
+  EXPECT_EQ(watch(Rtps().data(Rtps::kSpdp, 1, {0, 3, 0, 0, 0x15, 0, 4, 0, 2, 3, 0, 0})),
+            Refusal::kParameterList);
+  EXPECT_EQ(watch(Rtps().data(Rtps::kSpdp, 1, {0, 1, 0, 0, 1, 0, 0, 0})), Refusal::kPayload);
+  EXPECT_EQ(watch(Rtps().data(kWriter, 1, pad(8), 4, Rtps::parameter(0x71, pad(8)))),
+            Refusal::kParameter)
+      << "inline QoS";
+}
+
+TEST(RtpsGuard, RefusesTokensAndHandshakesThatClaimMoreThanTheyHave) {
+  Watch watch;
+  const Datagram name = Rtps::string("DDS:Auth:PKI-DH:1.0");
+  const auto token = [](std::uint16_t id, const Datagram& value) {
+    return Rtps().announce(10, "127.0.0.1", Rtps::parameter(id, value));
+  };
+  for (const std::uint16_t id : std::initializer_list<std::uint16_t>{0x1001, 0x1002, 0x1006}) {
+    EXPECT_EQ(watch(token(id, Rtps::cat({name, Rtps::u32(0), Rtps::u32(0)}))), Refusal::kNone);
+    for (const std::uint32_t n : {1U, 0x01000000U, 0xFFFFFFFFU}) {
+      EXPECT_EQ(watch(token(id, Rtps::cat({name, Rtps::u32(n)}))), Refusal::kToken);
+      EXPECT_EQ(watch(token(id, Rtps::cat({name, Rtps::u32(0), Rtps::u32(n)}))), Refusal::kToken);
+      EXPECT_EQ(watch(token(id, Rtps::cat({name, Rtps::u32(0), Rtps::u32(1), name, Rtps::u32(n)}))),
+                Refusal::kToken);
+    }
+    EXPECT_EQ(watch(token(id, Rtps::cat({Rtps::u32(0xFFFFFFF0), pad(8)}))), Refusal::kToken);
+  }
+  const auto handshake = [&](const Rtps::Prefix& from, const Datagram& rest) {
+    return Rtps().data(Rtps::kHandshake, 1,
+                       Rtps::cat({{0, 1, 0, 0},
+                                  Rtps::guid(from, 0x1C1),
+                                  Rtps::number(1),
+                                  pad(24),
+                                  pad(48),
+                                  Rtps::string("dds.sec.auth"),
+                                  rest}));
+  };
+  const Datagram holder = Rtps::cat({name, Rtps::u32(0), Rtps::u32(0)});
+  EXPECT_EQ(watch(handshake(Rtps::kMe, Rtps::cat({Rtps::u32(1), holder}))), Refusal::kNone);
+  for (const std::uint32_t n : {2U, 17U, 0x01000000U, 0xFFFFFFFFU})
+    EXPECT_EQ(watch(handshake(Rtps::kMe, Rtps::cat({Rtps::u32(n), holder}))), Refusal::kToken);
+  EXPECT_EQ(watch(handshake({9}, Rtps::cat({Rtps::u32(1), holder}))), Refusal::kForeignIdentity);
+  EXPECT_EQ(watch(Rtps().data(Rtps::kHandshake, 1, pad(20))), Refusal::kToken);
+  EXPECT_EQ(watch(Rtps().data(0xFF0202C3, 1, pad(120))), Refusal::kUnprotected);
+  EXPECT_EQ(watch(Rtps().data(0x000300C3, 1, pad(120))), Refusal::kUnknownWriter) << "type lookup";
+}
+
+TEST(RtpsGuard, RefusesEncryptedPartsWhoseCountsDoNotFit) {
+  const auto prefix = Rtps::cat({{0, 0, 0, 4}, pad(16)});
+  const auto body = Rtps::cat({{0, 0, 0, 8}, pad(8)});
+  const auto postfix = Rtps::cat({pad(16), {0, 0, 0, 1}, pad(20)});
+  const auto message = [](std::uint8_t first, std::uint8_t last, const Datagram& a,
+                          const Datagram& b, const Datagram& c) {
+    return Rtps().add(first, 0, a).add(0x30, 0, b).add(last, 0, c);
+  };
+  Watch watch;
+  for (const auto& [first, last] : {std::pair{0x31, 0x32}, std::pair{0x33, 0x34}}) {
+    const auto f = std::uint8_t(first), l = std::uint8_t(last);
+    EXPECT_EQ(watch(message(f, l, prefix, body, postfix)), Refusal::kNone);
+    EXPECT_EQ(watch(message(f, l, pad(24), body, postfix)), Refusal::kSecured);
+    // Fast DDS decrypts as many bytes as it is told, wherever the body ends.
+    EXPECT_EQ(watch(message(f, l, prefix, Rtps::cat({{0, 0, 0xFF, 0}, pad(8)}), postfix)),
+              Refusal::kSecured);
+    EXPECT_EQ(
+        watch(message(f, l, prefix, body, Rtps::cat({pad(16), {0xFF, 0xFF, 0xFF, 0xFF}, pad(20)}))),
+        Refusal::kSecured);
+    EXPECT_EQ(watch(Rtps().add(f, 0, prefix).add(l, 0, postfix)), Refusal::kSecured);
+    EXPECT_EQ(watch(Rtps().add(f, 0, prefix).add(0x30, 0, body)), Refusal::kSecured);
+  }
+  EXPECT_EQ(watch(Rtps().add(0x30, 0, body)), Refusal::kUnknownSubmessage) << "on its own";
+  EXPECT_EQ(watch(Rtps().add(9, 2, {}).add(0x33, 0, prefix)), Refusal::kUnknownSubmessage)
+      << "only at the beginning";
+}
+
+TEST(RtpsGuard, WithEverythingEncryptedOnlyAnnouncementsAndTheHandshakeArePlain) {
+  Watch watch({.encrypted = true});
+  EXPECT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().announce_writer(kWriter, "t")), Refusal::kUnprotected);
+  EXPECT_EQ(watch(Rtps().data(kWriter, 1, pad(8))), Refusal::kUnprotected);
+  EXPECT_EQ(watch(Rtps().heartbeat(kWriter, 1, 1, 1)), Refusal::kUnprotected);
+  EXPECT_EQ(watch(Rtps().gap(kWriter, 1, 2)), Refusal::kUnprotected);
+  EXPECT_EQ(watch(Rtps().fragment(kWriter, 1, 1, 1024, 4096, 1024)), Refusal::kUnprotected);
+}
+
+TEST(RtpsGuard, LetsLongJumpsOfNumbersThroughInStepsThatFastDdsWalksInASecond) {
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  // Long runs make large numbers: who joins late is told at which to begin.
+  constexpr std::uint64_t kYear = 315'360'000;
+  std::uint64_t begun = 0;
+  for (std::uint32_t n = 1; n < 120 && begun < kYear; ++n) {
+    ASSERT_EQ(watch(Rtps().heartbeat(kWriter, kYear, kYear, n)), Refusal::kNone) << n;
+    Cursor c(Bytes(watch.patched).subspan(32), true);
+    const std::uint64_t next = c.sequence();
+    EXPECT_LE(next - begun, NumberBudget::kAtOnce + 2);
+    EXPECT_GT(next, begun);
+    begun = next;
+    watch.now += 1s;
+  }
+  EXPECT_EQ(begun, kYear);
+  // Without time passing, the steps are used up: nobody is hung.
+  Watch other;
+  ASSERT_EQ(other(Rtps().announce()), Refusal::kNone);
+  EXPECT_EQ(other(Rtps().heartbeat(Rtps::kPublications, 1ULL << 60U, 1ULL << 60U, 1)),
+            Refusal::kNone);
+  EXPECT_EQ(other(Rtps().heartbeat(Rtps::kPublications, 1ULL << 60U, 1ULL << 60U, 2)),
+            Refusal::kNumberJump);
+  EXPECT_EQ(other(Rtps().gap(kWriter, 1, 1ULL << 40U)), Refusal::kNumberJump);
+  // Nor is a stale count a way round it.
+  EXPECT_EQ(other(Rtps().heartbeat(Rtps::kPublications, 1ULL << 61U, 1ULL << 61U, 1)),
+            Refusal::kNumberJump);
+}
+
+TEST(RtpsGuard, ForgetsNumbersWhenFastDdsDoesSoThatNoneIsWalkedUnseen) {
+  const auto jump = [](std::uint32_t n) {
+    return Rtps().heartbeat(kWriter, 1U << 23U, 1U << 23U, n);
+  };
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce(2)), Refusal::kNone);
+  for (std::uint32_t n = 1; n <= 10; ++n) ASSERT_EQ(watch(jump(n)), Refusal::kNone) << "no jump";
+  // Ended and announced again: walked again, so it counts again.
+  const auto again = [&](const Datagram& end) {
+    EXPECT_EQ(watch(end), Refusal::kNone);
+    EXPECT_EQ(watch(Rtps().announce(2)), Refusal::kNone);
+  };
+  const Datagram disposed = Rtps::cat({Rtps::parameter(0x70, Rtps::guid(Rtps::kMe, 0x1C1)),
+                                       Rtps::parameter(0x71, {0, 0, 0, 3}),
+                                       {1, 0, 0, 0}});
+  again(Rtps().data(Rtps::kSpdp, 2, {}, 0, disposed));
+  EXPECT_EQ(watch(jump(1)), Refusal::kNone);
+  again(Rtps().data(Rtps::kSpdp, 3, {}, 0, disposed));
+  EXPECT_NE(watch(jump(1)) == Refusal::kNone && watch.verdict.patches.empty(), true);
+  // A lease that ran out is an end as well.
+  watch.now += 10s;
+  ASSERT_EQ(watch(jump(1)), Refusal::kNone);
+  for (int i = 0; i < 3; ++i) {
+    watch.now += 2500ms;
+    ASSERT_EQ(watch(jump(std::uint32_t(i) + 2)), Refusal::kNone);
+  }
+}
+
+TEST(RtpsGuard, GapsHoldLittleMemoryAndBeginWhereNothingIsKept) {
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  // Apart from what has come: Fast DDS keeps each number in a set.
+  std::uint64_t let_through = 0;
+  for (std::uint64_t n = 0; n < 2000; ++n)
+    if (watch(Rtps().gap(kWriter, 2 + n * 70'000, 2 + n * 70'000 + 65'000)) == Refusal::kNone) {
+      Cursor c(Bytes(watch.patched).subspan(32), true);
+      const std::uint64_t start = c.sequence();
+      let_through += c.sequence() - start;
+    }
+  EXPECT_GT(let_through, 10'000U);
+  EXPECT_LE(let_through, NumberBudget::kHeld + 65'536) << "64 bytes each";
+  // From the first on: a long gap is let through, and told from number 1 on.
+  Watch other;
+  ASSERT_EQ(other(Rtps().announce()), Refusal::kNone);
+  ASSERT_EQ(other(Rtps().data(kWriter, 1, pad(8))), Refusal::kNone);
+  ASSERT_EQ(other(Rtps().gap(kWriter, 2, 1'000'000)), Refusal::kNone);
+  Cursor c(Bytes(other.patched).subspan(32), true);
+  EXPECT_EQ(c.sequence(), 1U);
+  EXPECT_EQ(c.sequence(), 1'000'000U);
+}
+
+TEST(RtpsGuard, FragmentsOfASampleAgreeAreLargeEnoughAndOfATopicsSize) {
+  Watch watch({.largest_sample = [](const std::string& t) { return t == "small" ? 8000U : 0U; }});
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  const auto frag = [](std::uint64_t n, std::uint32_t first, std::uint16_t size,
+                       std::uint32_t sample, std::size_t bytes) {
+    return Rtps().fragment(kWriter, n, first, size, sample, bytes);
+  };
+  EXPECT_EQ(watch(frag(5, 1, 1024, 100'000, 1024)), Refusal::kNone);
+  EXPECT_EQ(watch(frag(5, 0, 1024, 100'000, 1024)), Refusal::kFragment);
+  EXPECT_EQ(watch(frag(5, 99, 1024, 100'000, 1024)), Refusal::kFragment) << "beyond the sample";
+  EXPECT_EQ(watch(frag(5, 2, 1024, 100'000, 1000)), Refusal::kFragment) << "shorter than it says";
+  EXPECT_EQ(watch(frag(5, 2, 8, 100'000, 8)), Refusal::kFragment) << "tiny ones";
+  EXPECT_EQ(watch(frag(5, 2, 2048, 100'000, 2048)), Refusal::kFragmentsDisagree);
+  EXPECT_EQ(watch(frag(5, 2, 1024, 100'004, 1024)), Refusal::kFragmentsDisagree);
+  EXPECT_EQ(watch(frag(6, 1, 2048, 100'000, 2048)), Refusal::kFragmentsDisagree)
+      << "another size while a sample is open";
+  EXPECT_EQ(watch(frag(6, 1, 1024, 0x7FFFFFFF, 1024)), Refusal::kSampleSize);
+  EXPECT_EQ(watch(Rtps().fragment(Rtps::kPublications, 1, 1, 1024, 32U << 20U, 1024)),
+            Refusal::kBuiltinFragment);
+  // However many come after it, what may still be open is not forgotten for another size.
+  for (std::uint64_t n = 7; n < 7000; ++n)
+    ASSERT_EQ(watch(frag(n, 1, 1024, 100'000, 1024)), Refusal::kNone);
+  EXPECT_NE(watch(frag(5, 2, 1024, 100'004, 1024)), Refusal::kNone);
+  ASSERT_EQ(watch(Rtps().announce_writer(0x1303, "small")), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().fragment(0x1303, 1, 1, 1024, 8000, 1024)), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().fragment(0x1303, 2, 1, 1024, 8004, 1024)), Refusal::kSampleSize);
+}
+
+TEST(RtpsGuard, NobodyIsSentToAThirdPartyAndLeasesEndWithinAMinute) {
+  Watch watch({.domain = 0});
+  const auto lease = [&] {
+    const auto& d = watch.patched;
+    for (std::size_t at = 48; at + 12 <= d.size(); at += 4)
+      if (d[at] == 2 && d[at + 1] == 0 && d[at + 2] == 8 && d[at + 3] == 0) return d[at + 4] + 0U;
+    return 0U;
+  };
+  ASSERT_EQ(watch(Rtps().announce(0x7FFFFFFF, "10.99.0.5"), kFar), Refusal::kNone);
+  EXPECT_EQ(lease(), 60U);
+  Watch fresh({.domain = 0});
+  EXPECT_EQ(fresh(Rtps().announce(10, "10.99.0.6"), kFar), Refusal::kForeignLocator);
+  EXPECT_EQ(fresh(Rtps().announce(10, "127.0.0.1"), kFar), Refusal::kForeignLocator)
+      << "our own loopback";
+  // A host with two interfaces: the one that reached us stays.
+  const Datagram both = Rtps::parameter(0x32, Rtps::locator("192.168.7.7", 7410));
+  ASSERT_EQ(fresh(Rtps().announce(10, "10.99.0.5", both), kFar), Refusal::kNone);
+  const auto has = [&](const Datagram& part) {
+    return std::search(fresh.patched.begin(), fresh.patched.end(), part.begin(), part.end()) !=
+           fresh.patched.end();
+  };
+  EXPECT_TRUE(has(Rtps::parameter(0x32, Rtps::locator("10.99.0.5", 7410))));
+  EXPECT_FALSE(has(both));
+  ASSERT_EQ(fresh(Rtps().announce(10, "192.168.7.7"), 0xC0A80707), Refusal::kNone)
+      << "it named that address itself";
+  for (const Datagram& group :
+       {Rtps::locator("239.255.0.1", 7400), Rtps::locator("239.255.0.1", 53),
+        Rtps::locator("239.1.2.3", 7400), Rtps::locator("10.99.0.5", 7, 16)}) {
+    const Datagram more = Rtps::parameter(0x33, group);
+    ASSERT_EQ(fresh(Rtps().announce(10, "10.99.0.5", more), kFar), Refusal::kNone);
+    EXPECT_EQ(has(more), group == Rtps::locator("239.255.0.1", 7400));
+  }
+  // On one host, whichever of its addresses.
+  Watch host;
+  host.guard.set_own_addresses({kFar, kOther});
+  EXPECT_EQ(host(Rtps().announce(10, "10.99.0.6"), kFar), Refusal::kNone);
+  EXPECT_EQ(host(Rtps().announce(10, "10.99.0.5"), kLoopback), Refusal::kNone);
+}
+
+TEST(RtpsGuard, NobodySpeaksForAnother) {
+  const Rtps::Prefix you = {7, 7, 7};
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce(10, "10.99.0.5"), kFar), Refusal::kNone);
+  EXPECT_EQ(watch(Rtps().heartbeat(kWriter, 1, 1, 1), kOther), Refusal::kSpoofedSource);
+  EXPECT_EQ(watch(Rtps().announce(10, "10.99.0.6"), kOther), Refusal::kSpoofedSource);
+  EXPECT_EQ(watch(Rtps().heartbeat(kWriter, 1, 1, 1), kFar), Refusal::kNone);
+  // By INFO_SRC.
+  EXPECT_EQ(
+      watch(Rtps(you).add(
+                0x0C, 0,
+                Rtps::cat({pad(4), {2, 3, 1, 15}, Datagram(Rtps::kMe.begin(), Rtps::kMe.end())})),
+            kOther),
+      Refusal::kSpoofedSource);
+  // In a payload, or by the key of what ends.
+  EXPECT_EQ(
+      watch(Rtps(you).data(Rtps::kPublications, 1,
+                           Rtps::list({Rtps::parameter(0x5A, Rtps::guid(Rtps::kMe, kWriter))})),
+            kOther),
+      Refusal::kForeignIdentity);
+  EXPECT_EQ(watch(Rtps(you).data(Rtps::kSpdp, 1, {}, 0,
+                                 Rtps::cat({Rtps::parameter(0x70, Rtps::guid(Rtps::kMe, 0x1C1)),
+                                            Rtps::parameter(0x71, {0, 0, 0, 3}),
+                                            {1, 0, 0, 0}})),
+                  kOther),
+            Refusal::kForeignIdentity);
+  EXPECT_EQ(watch(Rtps(you).data(Rtps::kLiveliness, 1,
+                                 Rtps::cat({{0, 1, 0, 0}, Rtps::guid(Rtps::kMe, 1), pad(4)})),
+                  kOther),
+            Refusal::kForeignIdentity);
+  // But a discovery server, where there are some.
+  const Rtps::Prefix server = {0x44, 0x53, 1, 0x5f, 0x45, 0x50, 0x52, 0x4f, 0x53, 0x49, 0x4d, 0x41};
+  const Datagram relayed =
+      Rtps(server).data(Rtps::kSpdp, 1,
+                        Rtps::list({Rtps::parameter(0x50, Rtps::guid(you, 0x1C1)),
+                                    Rtps::parameter(0x32, Rtps::locator("10.99.0.9", 7410))}));
+  EXPECT_EQ(watch(relayed, kOther), Refusal::kForeignIdentity);
+  Watch served({.servers = true});
+  EXPECT_EQ(served(relayed, kOther), Refusal::kNone);
+  EXPECT_TRUE(served.verdict.patches.empty());
+}
+
+TEST(RtpsGuard, TakesOutTypesAndFiltersWhichNobodyHereUses) {
+  Watch watch;
+  for (const std::uint16_t id : std::initializer_list<std::uint16_t>{0x35, 0x69, 0x72, 0x75}) {
+    const Datagram deep = Rtps::parameter(id, Datagram(400, 0x41));
+    ASSERT_EQ(watch(Rtps().data(
+                  Rtps::kSubscriptions, 1,
+                  Rtps::list({Rtps::parameter(0x5A, Rtps::guid(Rtps::kMe, 0x1204)), deep}))),
+              Refusal::kNone);
+    EXPECT_EQ(
+        std::search(watch.patched.begin(), watch.patched.end(), deep.begin(), deep.begin() + 8),
+        watch.patched.end());
+  }
+}
+
+TEST(RtpsGuard, LetsNewParticipantsThroughOnlySoManyAtOnceAndKnownOnesAlways) {
+  const auto announcement = [](std::uint32_t who) {
+    Rtps::Prefix prefix{};
+    for (unsigned i = 0; i < 4; ++i) prefix[i] = static_cast<std::uint8_t>(who >> (8 * i));
+    return Rtps(prefix).announce();
+  };
+  Watch watch;
+  EXPECT_EQ(watch(announcement(0)), Refusal::kNone);
+  std::uint32_t passed = 1;
+  for (std::uint32_t who = 1; who < 2000; ++who)
+    if (watch(announcement(who)) == Refusal::kNone) ++passed;
+  EXPECT_EQ(passed, std::uint32_t(Participants::kNewcomersAtOnce));
+  EXPECT_EQ(watch(announcement(0)), Refusal::kNone) << "it was there before the flood";
+  watch.now += 10s;
+  passed = 0;
+  for (std::uint32_t who = 3000; who < 4000; ++who)
+    if (watch(announcement(who)) == Refusal::kNone) ++passed;
+  EXPECT_EQ(passed, std::uint32_t(10 * Participants::kNewcomersPerSecond));
+}
+
+TEST(RtpsGuard, EveryReasonHasAText) {
+  for (int i = 0; i < int(Refusal::kCount); ++i)
+    EXPECT_NE(text(static_cast<Refusal>(i)), "unknown") << i;
+}
+
+}  // namespace
+}  // namespace crane::guard
