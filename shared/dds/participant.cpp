@@ -185,7 +185,8 @@ Result<std::shared_ptr<Participant>> Participant::create(
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
   if (settings.guard_datagrams)
-    if (auto guarded = guard_transports(qos, settings, impl->guard); !guarded) return guarded.error();
+    if (auto guarded = guard_transports(qos, settings, impl->guard); !guarded)
+      return guarded.error();
   qos.name(name);
   ++participants();
 
