@@ -21,5 +21,6 @@ Command add_doctor_command(CLI::App& app);
 Command add_serve_command(CLI::App& app);
 Command add_status_command(CLI::App& app);
 Command add_zone_command(CLI::App& app);
+Command add_emulate_command(CLI::App& app);
 
 }  // namespace crane

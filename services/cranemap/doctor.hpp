@@ -21,6 +21,10 @@ struct Finding {
 /// changes nothing.
 std::vector<Finding> examine_host(const SiteConfig& config);
 
+/// Asks each rangefinder of the configuration for up to two seconds what it measures. Needs its
+/// line for itself: a service that follows it already is said to be in use.
+std::vector<Finding> examine_rangefinders(const SiteConfig& config);
+
 /// Joins the network for some seconds: who is there, whose clock is off, and whose endpoints do not
 /// match by their QoS, type or partition.
 std::vector<Finding> examine_network(const SiteConfig& config, double seconds);

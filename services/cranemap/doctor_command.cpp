@@ -42,6 +42,7 @@ int doctor(const Options& options) {
     std::fflush(stdout);
   };
   show(examine_host(*site));
+  show(examine_rangefinders(*site));
   if (options.seconds > 0) show(examine_network(*site, options.seconds));
   std::printf("%s\n", bad == 0 ? "nothing is in the way" : "the lines marked BAD are in the way");
   return bad == 0 ? kExitOk : kExitResource;
@@ -53,8 +54,9 @@ Command add_doctor_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "doctor",
-      "Why does no data come? Checks what the configured network needs of this host, then who\n"
-      "is on it and whose QoS, type, partition or clock does not fit; says what to do.\n"
+      "Why does no data come? Checks what the configured network needs of this host, what its\n"
+      "rangefinders say, then who is on it and whose QoS, type, partition or clock does not fit; "
+      "says what to do.\n"
       "Exit code 0: nothing is in the way; 3: something is.");
   add_site_options(*command, options->site);
   command->add_option("--seconds", options->seconds, "How long to look at the network; 0 = not")

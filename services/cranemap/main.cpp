@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
       {"evaluate", crane::add_evaluate_command(app)}, {"query", crane::add_query_command(app)},
       {"zone", crane::add_zone_command(app)},         {"status", crane::add_status_command(app)},
       {"health", crane::add_health_command(app)},     {"doctor", crane::add_doctor_command(app)},
-      {"serve", crane::add_serve_command(app)},
+      {"serve", crane::add_serve_command(app)},       {"emulate", crane::add_emulate_command(app)},
   };
   app.footer(
       "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"

@@ -93,8 +93,9 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   }
   if (service == "mapper" && !o.state.empty()) add({"--state", o.state});
   if (service == "mapper" && o.standby) add({"--standby"});
-  if (service == "camera" || service == "rangefinder") {
-    if (o.recording.empty()) return missing("--recording");
+  // Without a recording the rangefinders of the configuration are followed.
+  if (service == "camera" && o.recording.empty()) return missing("--recording");
+  if ((service == "camera" || service == "rangefinder") && !o.recording.empty()) {
     // All players in step, and again so after one was restarted.
     add({o.recording, "--loop", "--stream", std::to_string(o.stream), "--start-at",
          std::to_string(o.start), "--resume", "--rate", o.rate, "--stamps", o.stamps});

@@ -1,11 +1,13 @@
 #include "rangefinder_player.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "rangefinder_live.hpp"
 #include "recording/recording.hpp"
 #include "service/player.hpp"
 
@@ -188,15 +190,25 @@ class Player {
 
 int run_rangefinder(int argc, char** argv) {
   PlayOptions options;
+  std::string axis;
   const ServiceInfo info{
       "cranemap-rangefinder",
-      "Plays cart and trolley of a recording as topic rangefinder_position, and where "
-      "it has hoist0,\nthat as hoist_state in place of the controller.\n"
+      "Publishes what the rangefinders of the configuration measure as topic "
+      "rangefinder_position.\nExample: cranemap-rangefinder --config site.yaml\n"
+      "With a RECORDING: plays its cart and trolley instead, and where it has hoist0, that as "
+      "hoist_state\nin place of the controller.\n"
       "Example: cranemap-rangefinder RECORDING --rate real",
       v1::SERVICE_RANGEFINDER};
   return run_service(
-      argc, argv, info, [&](CLI::App& app) { add_play_options(app, options); },
+      argc, argv, info,
+      [&](CLI::App& app) {
+        add_play_options(app, options);
+        app.get_option("RECORDING")->required(false);
+        app.add_option("--axis", axis, "Only the rangefinders of this axis")
+            ->check(CLI::IsMember({"cart", "trolley"}));
+      },
       [&](ServiceContext& context) -> Result<void> {
+        if (options.recording.empty()) return follow_rangefinders(context, axis);
         auto recording = Recording::open(options.recording);
         if (!recording) return recording.error();
         auto rate = check_play_options(options);

@@ -36,6 +36,11 @@ enum class Cause : std::uint32_t {
   kNoFrameMemory = 24,
   kDeviceGaveNoDistance = 25,
   kBeyondDeviceRange = 26,
+  // Live rangefinders.
+  kDeviceFault = 27,
+  kDeviceSilent = 28,
+  kTelegramDamaged = 29,
+  kReadingsWaited = 66,
   // Frames at the stereo service.
   kSecondCamera = 30,
   kFrameMisfit = 31,

@@ -2,11 +2,11 @@
 
 #include <arpa/inet.h>
 
-#include <array>
 #include <charconv>
 #include <sstream>
 
 #include "config/yaml_reader.hpp"
+#include "config/yaml_text.hpp"
 #include "geometry/simple_polygon.hpp"
 
 namespace crane {
@@ -205,31 +205,10 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   read_stereo(file->section("stereo"), config.stereo);
   read_mapper(file->section("mapper"), config.mapper);
   read_hoist(file->section("hoist"), config.hoist);
+  config.rangefinders = read_rangefinders(*file);
   config.zones = read_zones(*file);
   if (auto done = file->finish(); !done) return done.error();
   return config;
-}
-
-/// A YAML scalar that reads back as exactly this text.
-std::string quoted(const std::string& text) {
-  static constexpr char kHex[] = "0123456789abcdef";
-  std::string out = "\"";
-  for (const unsigned char c : text) {
-    if (c == '"' || c == '\\')
-      (out += '\\') += static_cast<char>(c);
-    else if (c < 0x20 || c == 0x7F)
-      ((out += "\\x") += kHex[c >> 4U]) += kHex[c & 15U];
-    else
-      out += static_cast<char>(c);
-  }
-  return out + '"';
-}
-
-/// The shortest text that reads back as the same number.
-std::string exact(double value) {
-  std::array<char, 40> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
 }
 
 }  // namespace
@@ -250,7 +229,8 @@ std::string to_yaml(const SiteConfig& c) {
   std::ostringstream s;
   const auto list = [](const std::vector<std::string>& items) {
     std::string out = "[";
-    for (std::size_t i = 0; i < items.size(); ++i) out += (i > 0 ? ", " : "") + quoted(items[i]);
+    for (std::size_t i = 0; i < items.size(); ++i)
+      out += (i > 0 ? ", " : "") + yaml_quoted(items[i]);
     return out + "]";
   };
   s << "crane: " << c.crane << "\n"
@@ -260,16 +240,16 @@ std::string to_yaml(const SiteConfig& c) {
     << "  interfaces: " << list(c.dds.interfaces) << "\n"
     << "  servers: " << list(c.dds.servers) << "\n"
     << "  peers: " << list(c.dds.peers) << "\n"
-    << "  security: " << quoted(c.dds.security) << "\n"
-    << "  identity: " << quoted(c.dds.identity) << "\n"
+    << "  security: " << yaml_quoted(c.dds.security) << "\n"
+    << "  identity: " << yaml_quoted(c.dds.identity) << "\n"
     << "  shared_memory: " << (c.dds.shared_memory ? "true" : "false") << "\n"
     << "  shm_segment_mib: " << c.dds.shm_segment_mib << "\n"
     << "  udp_buffer_kib: " << c.dds.udp_buffer_kib << "\n";
   if (!c.dds.profile_file.empty())
-    s << "  profile_file: " << quoted(c.dds.profile_file) << "\n"
-      << "  profile_name: " << quoted(c.dds.profile_name) << "\n";
+    s << "  profile_file: " << yaml_quoted(c.dds.profile_file) << "\n"
+      << "  profile_name: " << yaml_quoted(c.dds.profile_name) << "\n";
   s << "http:\n"
-    << "  address: " << quoted(c.http.address) << "\n"
+    << "  address: " << yaml_quoted(c.http.address) << "\n"
     << "  port: " << c.http.port << "\n"
     << "  hosts: " << list(c.http.hosts) << "\n"
     << "stereo:\n"
@@ -279,60 +259,62 @@ std::string to_yaml(const SiteConfig& c) {
     << "  speckle_window_px: " << c.stereo.speckle_window_px << "\n"
     << "  uniqueness_percent: " << c.stereo.uniqueness_percent << "\n"
     << "  left_right_px: " << c.stereo.left_right_px << "\n"
-    << "  nearest_m: " << exact(c.stereo.nearest_m) << "\n"
-    << "  farthest_m: " << exact(c.stereo.farthest_m) << "\n"
-    << "  sigma_disparity_px: " << exact(c.stereo.sigma_disparity_px) << "\n"
+    << "  nearest_m: " << yaml_exact(c.stereo.nearest_m) << "\n"
+    << "  farthest_m: " << yaml_exact(c.stereo.farthest_m) << "\n"
+    << "  sigma_disparity_px: " << yaml_exact(c.stereo.sigma_disparity_px) << "\n"
     << "mapper:\n"
     << "  method: " << (c.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default")
     << "\n"
-    << "  voxel_m: " << exact(c.mapper.voxel_m) << "\n"
-    << "  z_min_m: " << exact(c.mapper.z_min_m) << "\n"
-    << "  z_max_m: " << exact(c.mapper.z_max_m) << "\n"
+    << "  voxel_m: " << yaml_exact(c.mapper.voxel_m) << "\n"
+    << "  z_min_m: " << yaml_exact(c.mapper.z_min_m) << "\n"
+    << "  z_max_m: " << yaml_exact(c.mapper.z_max_m) << "\n"
     << "  max_position_gap_ms: " << c.mapper.max_position_gap_ms << "\n"
     << "  position_wait_ms: " << c.mapper.position_wait_ms << "\n"
     << "  cart_latency_ms: " << c.mapper.cart_latency_ms << "\n"
     << "  trolley_latency_ms: " << c.mapper.trolley_latency_ms << "\n"
-    << "  rangefinder_min_m: " << exact(c.mapper.rangefinder_min_m) << "\n"
-    << "  rangefinder_max_m: " << exact(c.mapper.rangefinder_max_m) << "\n"
-    << "  rangefinder_noise_m: " << exact(c.mapper.rangefinder_noise_m) << "\n"
-    << "  largest_speed_mps: " << exact(c.mapper.largest_speed_mps) << "\n"
+    << "  rangefinder_min_m: " << yaml_exact(c.mapper.rangefinder_min_m) << "\n"
+    << "  rangefinder_max_m: " << yaml_exact(c.mapper.rangefinder_max_m) << "\n"
+    << "  rangefinder_noise_m: " << yaml_exact(c.mapper.rangefinder_noise_m) << "\n"
+    << "  largest_speed_mps: " << yaml_exact(c.mapper.largest_speed_mps) << "\n"
     << "  cart_direction: " << c.mapper.cart_direction << "\n"
     << "  trolley_direction: " << c.mapper.trolley_direction << "\n"
-    << "  cart_offset_m: " << exact(c.mapper.cart_offset_m) << "\n"
-    << "  trolley_offset_m: " << exact(c.mapper.trolley_offset_m) << "\n"
-    << "  publish_hz: " << exact(c.mapper.publish_hz) << "\n"
-    << "  octree_hz: " << exact(c.mapper.octree_hz) << "\n"
+    << "  cart_offset_m: " << yaml_exact(c.mapper.cart_offset_m) << "\n"
+    << "  trolley_offset_m: " << yaml_exact(c.mapper.trolley_offset_m) << "\n"
+    << "  publish_hz: " << yaml_exact(c.mapper.publish_hz) << "\n"
+    << "  octree_hz: " << yaml_exact(c.mapper.octree_hz) << "\n"
     << "  stale_ms: " << c.mapper.stale_ms << "\n"
-    << "  forget_s: " << exact(c.mapper.forget_s) << "\n"
+    << "  forget_s: " << yaml_exact(c.mapper.forget_s) << "\n"
     << "  max_memory_mib: " << c.mapper.max_memory_mib << "\n"
     << "  outlier_neighbours: " << c.mapper.outlier_neighbours << "\n"
-    << "  outlier_std: " << exact(c.mapper.outlier_std) << "\n"
-    << "  leaf_m: " << exact(c.mapper.leaf_m) << "\n"
+    << "  outlier_std: " << yaml_exact(c.mapper.outlier_std) << "\n"
+    << "  leaf_m: " << yaml_exact(c.mapper.leaf_m) << "\n"
     << "  outliers_first: " << (c.mapper.outliers_first ? "true" : "false") << "\n"
     << "hoist:\n"
     << "  enabled: " << (c.hoist.enabled ? "true" : "false") << "\n"
-    << "  offset_x_m: " << exact(c.hoist.offset_x_m) << "\n"
-    << "  offset_y_m: " << exact(c.hoist.offset_y_m) << "\n"
-    << "  rope_top_m: " << exact(c.hoist.rope_top_m) << "\n"
-    << "  rope_radius_m: " << exact(c.hoist.rope_radius_m) << "\n"
-    << "  hook_x_m: " << exact(c.hoist.hook_x_m) << "\n"
-    << "  hook_y_m: " << exact(c.hoist.hook_y_m) << "\n"
-    << "  hook_z_m: " << exact(c.hoist.hook_z_m) << "\n"
-    << "  margin_m: " << exact(c.hoist.margin_m) << "\n"
-    << "  sway_m: " << exact(c.hoist.sway_m) << "\n"
-    << "  largest_load_m: " << exact(c.hoist.largest_load_m) << "\n"
-    << "  accuracy_m: " << exact(c.hoist.accuracy_m) << "\n"
+    << "  offset_x_m: " << yaml_exact(c.hoist.offset_x_m) << "\n"
+    << "  offset_y_m: " << yaml_exact(c.hoist.offset_y_m) << "\n"
+    << "  rope_top_m: " << yaml_exact(c.hoist.rope_top_m) << "\n"
+    << "  rope_radius_m: " << yaml_exact(c.hoist.rope_radius_m) << "\n"
+    << "  hook_x_m: " << yaml_exact(c.hoist.hook_x_m) << "\n"
+    << "  hook_y_m: " << yaml_exact(c.hoist.hook_y_m) << "\n"
+    << "  hook_z_m: " << yaml_exact(c.hoist.hook_z_m) << "\n"
+    << "  margin_m: " << yaml_exact(c.hoist.margin_m) << "\n"
+    << "  sway_m: " << yaml_exact(c.hoist.sway_m) << "\n"
+    << "  largest_load_m: " << yaml_exact(c.hoist.largest_load_m) << "\n"
+    << "  accuracy_m: " << yaml_exact(c.hoist.accuracy_m) << "\n"
     << "  max_gap_ms: " << c.hoist.max_gap_ms << "\n";
+  s << to_yaml(c.rangefinders);
   if (!c.zones.empty()) s << "zones:\n";
   for (const ZoneConfig& z : c.zones) {
-    s << "  - {id: " << z.id << ", name: " << quoted(z.name)
+    s << "  - {id: " << z.id << ", name: " << yaml_quoted(z.name)
       << ", kind: " << (z.slow_down ? "slow-down" : "no-go")
       << ", active: " << (z.active ? "true" : "false")
-      << ", switchable: " << (z.switchable ? "true" : "false") << ", z_min_m: " << exact(z.z_min_m)
-      << ", z_max_m: " << exact(z.z_max_m) << ", corners: [";
+      << ", switchable: " << (z.switchable ? "true" : "false")
+      << ", z_min_m: " << yaml_exact(z.z_min_m) << ", z_max_m: " << yaml_exact(z.z_max_m)
+      << ", corners: [";
     for (std::size_t i = 0; i < z.corners.size(); ++i)
-      s << (i > 0 ? ", " : "") << "{x: " << exact(z.corners[i].x_m)
-        << ", y: " << exact(z.corners[i].y_m) << "}";
+      s << (i > 0 ? ", " : "") << "{x: " << yaml_exact(z.corners[i].x_m)
+        << ", y: " << yaml_exact(z.corners[i].y_m) << "}";
     s << "]}\n";
   }
   return s.str();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "config/rangefinder_config.hpp"
 
 namespace crane {
 
@@ -117,6 +118,7 @@ struct SiteConfig {
   StereoConfig stereo;
   MapperConfig mapper;
   HoistConfig hoist;
+  std::vector<RangefinderConfig> rangefinders;  ///< connected to this host; none: a recording plays
   std::vector<ZoneConfig> zones;  ///< at most 64
 };
 

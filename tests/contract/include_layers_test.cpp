@@ -30,7 +30,7 @@ const std::map<std::string, std::string> kLibraries = {
     {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
     {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
     {"boost", "boost/"},    {"systemd", "systemd/"}, {"openssl", "openssl/"},
-    {"jpeg", "jpeglib.h"},
+    {"jpeg", "jpeglib.h"},  {"modbus", "modbus/"},
 };
 
 const std::map<std::string, Layer> kLayers = {
@@ -38,6 +38,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/http", {{"base"}, {"boost"}}},
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
+    {"shared/sensors", {{"base", "config"}, {"modbus"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv", "jpeg"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
@@ -56,8 +57,9 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "motion", "mapping",
-       "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client", "evaluation"},
+     {{"base", "geometry", "config", "sensors", "recording", "sim", "stereo", "cloud", "motion",
+       "mapping", "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client",
+       "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

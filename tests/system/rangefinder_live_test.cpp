@@ -1,0 +1,156 @@
+// Rangefinders on pseudo-terminals, through the real drivers, services and DDS, into the map.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <list>
+
+#include "base/clock.hpp"
+#include "dds/endpoints.hpp"
+#include "dds/participant.hpp"
+#include "process.hpp"
+#include "temp_folder.hpp"
+
+namespace crane::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class RangefinderLive : public ::testing::Test {
+ protected:
+  RangefinderLive() {
+    std::ofstream(site()) << "dds: {domain: " << domain_ << "}\n"
+                          << "http: {port: 0}\n"
+                          << "rangefinders:\n"
+                          << "  - {axis: cart, device: dimetix, port: " << port("cart")
+                          << ", max_m: 30}\n"
+                          << "  - {axis: trolley, device: sick-dl100, port: " << port("trolley")
+                          << "}\n";
+  }
+  [[nodiscard]] std::string site() const { return folder_ / "site.yaml"; }
+  [[nodiscard]] std::string port(const std::string& axis) const {
+    return folder_ / (axis + "-line");
+  }
+
+  Process& start(const std::string& name, std::vector<std::string> command) {
+    return processes_.emplace_back(std::move(command), folder_ / (name + ".txt"));
+  }
+  Process& emulate(const std::string& axis, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"cranemap", "emulate", "--config", site(), "--axis", axis});
+    return start("emulate-" + axis, std::move(more));
+  }
+  Process& rangefinder() {
+    return start("rangefinder", {"cranemap-rangefinder", "--config", site()});
+  }
+
+  TempFolder folder_;
+  std::string domain_ = next_domain();
+  std::list<Process> processes_;
+};
+
+/// What arrives on rangefinder_position.
+class Positions {
+ public:
+  explicit Positions(const std::string& domain) {
+    dds::Settings settings;
+    settings.domain = static_cast<std::uint32_t>(std::stoi(domain));
+    participant_ = *dds::Participant::create(settings, "test");
+    reader_.emplace(*dds::Reader<dds::RangefinderPositionTopic>::create(participant_));
+  }
+  /// Of an axis, once one that is `good` or not arrives; nothing after 20 s.
+  std::optional<v1::RangefinderPosition> next(std::uint32_t axis, bool good) {
+    std::optional<v1::RangefinderPosition> found;
+    eventually(20s, [&] {
+      while (auto sample = reader_->take())
+        if ((*sample)->axis() == axis && ((*sample)->device_status() == v1::STATUS_OK) == good)
+          found = **sample;
+      return found.has_value();
+    });
+    return found;
+  }
+
+ private:
+  std::shared_ptr<dds::Participant> participant_;
+  std::optional<dds::Reader<dds::RangefinderPositionTopic>> reader_;
+};
+
+TEST_F(RangefinderLive, ReadsTwoDevicesAndSaysWhatAilsThemUntilTheyAreWellAgain) {
+  Positions positions(domain_);
+  Process& service = rangefinder();  // before there are devices
+  EXPECT_TRUE(eventually(20s, [&] {
+    return service.output().find("no such device -> is it plugged in?") != std::string::npos;
+  })) << service.output();
+  Process& cart = emulate("cart", {"--from", "3", "--to", "9"});
+  emulate("trolley", {"--from", "1.5", "--to", "1.5"});
+  const auto first = positions.next(v1::AXIS_CART, true);
+  ASSERT_TRUE(first) << service.output();
+  EXPECT_GE(first->distance_m(), 3 - 1e-3);
+  EXPECT_LE(first->distance_m(), 9 + 1e-3);
+  EXPECT_LT(std::abs(double(SystemClock().now() - first->time_ns())), 20e9);
+  const auto other = positions.next(v1::AXIS_TROLLEY, true);
+  ASSERT_TRUE(other);
+  EXPECT_NEAR(other->distance_m(), 1.5, 1e-3);
+  // Unplugged: said, as a failed reading and in words. Plugged in again: it measures.
+  cart.signal(SIGTERM);
+  cart.wait(10);
+  ASSERT_TRUE(positions.next(v1::AXIS_CART, false));
+  EXPECT_TRUE(positions.next(v1::AXIS_TROLLEY, true)) << "the other goes on";
+  emulate("cart", {"--from", "4", "--to", "4", "--fault", "zero", "--every", "3", "--lasts", "1"});
+  const auto again = positions.next(v1::AXIS_CART, true);
+  ASSERT_TRUE(again) << service.output();
+  EXPECT_NEAR(again->distance_m(), 4, 1e-3);
+  EXPECT_TRUE(eventually(20s, [&] {
+    return service.output().find("E255: signal too weak") != std::string::npos;
+  })) << service.output();
+  EXPECT_TRUE(positions.next(v1::AXIS_CART, true));
+  service.signal(SIGTERM);
+  EXPECT_EQ(service.wait(10), 0) << service.output();
+}
+
+TEST_F(RangefinderLive, TheMapIsMadeFromThem) {
+  const std::string start_at = std::to_string(SystemClock().now() + 2 * kNsPerSecond);
+  for (const char* axis : {"cart", "trolley"})
+    emulate(axis, {"--recording", rig_recording(), "--start-at", start_at});
+  rangefinder();
+  start("mapper", {"cranemap-mapper", "--config", site(), "--calibration", rig_recording()});
+  start("stereo", {"cranemap-stereo", "--config", site(), "--calibration", rig_recording()});
+  start("camera",
+        {"cranemap-camera", rig_recording(), "--config", site(), "--loop", "--start-at", start_at});
+  std::string said;
+  EXPECT_TRUE(eventually(60s, [&] {
+    said = run({"status", "--config", site(), "--frames", "6"}, folder_.path(), 20).output;
+    return said.find("valid: true") != std::string::npos &&
+           said.find("frames_integrated: 0") == std::string::npos;
+  })) << said;
+  EXPECT_NE(said.find("frames_rejected: 0\n"), std::string::npos) << said;
+}
+
+TEST_F(RangefinderLive, DoctorAsksThem) {
+  emulate("cart", {"--from", "3", "--to", "3"});
+  const auto doctor = [this] {
+    return run({"doctor", "--config", site(), "--seconds", "0"}, folder_.path(), 60);
+  };
+  Finished said = doctor();
+  EXPECT_TRUE(eventually(20s, [&] {
+    said = doctor();
+    return said.output.find("dimetix measures 3.000000 m") != std::string::npos;
+  })) << said.output;
+  EXPECT_NE(said.output.find("trolley-line: no such device"), std::string::npos) << said.output;
+  EXPECT_EQ(said.code, 3);
+}
+
+TEST(Emulate, SaysWhatItIsMissing) {
+  TempFolder folder;
+  EXPECT_EQ(run({"emulate"}, folder.path()).code, 2);
+  EXPECT_EQ(run({"emulate", "dimetix"}, folder.path()).code, 2);
+  const Finished no_unit = run({"emulate", "text", "--port", folder / "x"}, folder.path());
+  EXPECT_EQ(no_unit.code, 2);
+  EXPECT_NE(no_unit.output.find("unit_m"), std::string::npos) << no_unit.output;
+  EXPECT_EQ(
+      run({"emulate", "dimetix", "--port", "/no/such/folder/x", "--for", "1"}, folder.path()).code,
+      3);
+}
+
+}  // namespace
+}  // namespace crane::test
