@@ -27,6 +27,7 @@ struct Options {
   std::vector<std::string> services;
   std::string rate = "real", stamps = "now";
   bool standby = false, log_json = false;
+  bool live_camera = false;  ///< the configuration names one
   int id = 0;
   std::uint64_t stream = std::random_device{}() | 1U;
   TimeNs start = SystemClock().now() + 2 * kNsPerSecond;
@@ -93,7 +94,9 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   }
   if (service == "mapper" && !o.state.empty()) add({"--state", o.state});
   if (service == "mapper" && o.standby) add({"--standby"});
-  if (service == "camera" || service == "rangefinder") {
+  if (service == "camera" && o.recording.empty() && o.live_camera) {
+    if (!o.calibration.empty()) add({"--calibration", o.calibration});
+  } else if (service == "camera" || service == "rangefinder") {
     if (o.recording.empty()) return missing("--recording");
     // All players in step, and again so after one was restarted.
     add({o.recording, "--loop", "--stream", std::to_string(o.stream), "--start-at",
@@ -103,7 +106,15 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   return out;
 }
 
-int serve(const Options& options) {
+int serve(Options& options) {
+  if (!options.config.empty()) {
+    auto config = read_site_config(options.config);
+    if (!config) {
+      log_error(config.error().text());
+      return exit_code(config.error());
+    }
+    options.live_camera = config->camera.source != CameraConfig::Source::kRecording;
+  }
   std::error_code failed;
   const fs::path programs = fs::read_symlink("/proc/self/exe", failed).parent_path();
   if (options.log_json) set_log_format(LogFormat::kJson);
@@ -153,7 +164,8 @@ Command add_serve_command(CLI::App& app) {
   command->add_option("--state", o.state, "Where the mapper keeps its map");
   command->add_option(
       "--recording", o.recording,
-      "Played round and round by camera and rangefinder; may stand for --calibration");
+      "Played round and round by camera and rangefinder, where the configuration names no camera; "
+      "may stand for --calibration");
   command->add_option("--rate", o.rate, "Of the recording: real or a factor")
       ->capture_default_str();
   command->add_option("--stamps", o.stamps, "Times of the recording's samples: now, or as recorded")

@@ -80,6 +80,24 @@ void read_http(YamlReader y, HttpConfig& c) {
   y.texts("hosts", c.hosts);
 }
 
+/// As CameraConfig::Source counts.
+const std::vector<std::string> kCameraSources = {"recording", "folder"};
+
+void read_camera(YamlReader y, CameraConfig& c) {
+  int source = 0;
+  y.choice("source", kCameraSources, source);
+  c.source = static_cast<CameraConfig::Source>(source);
+  y.text("path", c.path);
+  y.integer("latency_ms", c.latency_ms, -1000, 1000);
+  y.flag("remove", c.remove);
+  if (c.source == CameraConfig::Source::kFolder && c.path.empty())
+    y.problem("path", "must name the folder that has left/ and right/");
+  if (c.source == CameraConfig::Source::kRecording && !c.path.empty())
+    y.problem("path", "is of a live source; a recording is named on the command line");
+  if (c.source != CameraConfig::Source::kFolder && c.remove)
+    y.problem("remove", "is for source: folder");
+}
+
 /// As StereoConfig::Matcher counts.
 const std::vector<std::string> kMatchers = {"sgm", "bm", "sgbm"};
 
@@ -203,6 +221,7 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   file->integer("crane", config.crane, 1, 1'000'000);
   read_dds(file->section("dds"), config.dds);
   read_http(file->section("http"), config.http);
+  read_camera(file->section("camera"), config.camera);
   read_stereo(file->section("stereo"), config.stereo);
   read_mapper(file->section("mapper"), config.mapper);
   read_hoist(file->section("hoist"), config.hoist);
@@ -274,6 +293,11 @@ std::string to_yaml(const SiteConfig& c) {
     << "  address: " << quoted(c.http.address) << "\n"
     << "  port: " << c.http.port << "\n"
     << "  hosts: " << list(c.http.hosts) << "\n"
+    << "camera:\n"
+    << "  source: " << kCameraSources[static_cast<std::size_t>(c.camera.source)] << "\n"
+    << "  path: " << quoted(c.camera.path) << "\n"
+    << "  latency_ms: " << c.camera.latency_ms << "\n"
+    << "  remove: " << (c.camera.remove ? "true" : "false") << "\n"
     << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"

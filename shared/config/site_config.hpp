@@ -40,6 +40,15 @@ struct HttpConfig {
   std::vector<std::string> hosts;
 };
 
+/// Where cranemap-camera gets its pairs from, unless its command line names a recording.
+struct CameraConfig {
+  enum class Source { kRecording, kFolder };
+  Source source = Source::kRecording;  ///< source: recording | folder
+  std::string path;                    ///< folder: has left/ and right/, where images appear
+  int latency_ms = 0;                  ///< subtracted from the camera's times
+  bool remove = false;                 ///< folder: files are deleted once read
+};
+
 struct StereoConfig {
   enum class Matcher { kSgm, kBlock, kSgbm };
   Matcher matcher = Matcher::kSgm;  ///< matcher: sgm | bm | sgbm (the last two: OpenCV's)
@@ -114,6 +123,7 @@ struct SiteConfig {
   int crane = 1;
   DdsConfig dds;
   HttpConfig http;
+  CameraConfig camera;
   StereoConfig stereo;
   MapperConfig mapper;
   HoistConfig hoist;

@@ -39,6 +39,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv", "jpeg"}}},
+    {"shared/sensors", {{"base", "geometry", "recording"}, {}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
@@ -55,8 +56,9 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "recording", "sim", "stereo", "cloud", "motion", "mapping",
-       "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client", "evaluation"},
+     {{"base", "geometry", "config", "recording", "sensors", "sim", "stereo", "cloud", "motion",
+       "mapping", "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client",
+       "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 
