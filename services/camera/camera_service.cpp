@@ -91,6 +91,7 @@ Result<std::unique_ptr<StereoDevice>> make_device(const CameraConfig& config,
   o.latency = latency;
   if (config.exposure_100us > 0) o.exposure = config.exposure_100us;
   if (config.gain >= 0) o.gain = config.gain;
+  if (config.brightness > 0) o.brightness = config.brightness;
   const std::string size = std::to_string(o.width) + " x " + std::to_string(o.height);
   if (std::uint64_t{o.width} * o.height > v1::MAX_PIXELS)
     return Error{ErrorCode::kConfiguration, "camera.width",

@@ -101,6 +101,9 @@ void read_camera(YamlReader y, CameraConfig& c) {
   y.integer("rate_hz", c.rate_hz, 1, 240);
   y.integer("exposure_100us", c.exposure_100us, 0, 100'000);
   y.integer("gain", c.gain, -1, 100'000);
+  y.integer("brightness", c.brightness, 0, 200);
+  if (c.brightness > 0 && c.exposure_100us == 0)
+    y.problem("brightness", "needs exposure_100us, the longest that motion allows");
   using Source = CameraConfig::Source;
   if (c.source == Source::kFolder && c.path.empty())
     y.problem("path", "must name the folder that has left/ and right/");
@@ -318,6 +321,7 @@ std::string to_yaml(const SiteConfig& c) {
     << "  rate_hz: " << c.camera.rate_hz << "\n"
     << "  exposure_100us: " << c.camera.exposure_100us << "\n"
     << "  gain: " << c.camera.gain << "\n"
+    << "  brightness: " << c.camera.brightness << "\n"
     << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"

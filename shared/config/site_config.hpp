@@ -56,6 +56,8 @@ struct CameraConfig {
   int rate_hz = 15;
   int exposure_100us = 0;  ///< 0 = the camera decides
   int gain = -1;           ///< as the camera counts it; -1 = as it is
+  /// Mean grey level that is kept by exposure, up to exposure_100us, and gain; 0 = not.
+  int brightness = 0;
 };
 
 struct StereoConfig {

@@ -247,11 +247,26 @@ TEST_F(V4l2DeviceTest, ExposureAndGainAreSetWithinTheirLimits) {
   EXPECT_EQ(camera_.controls[V4L2_CID_EXPOSURE_ABSOLUTE], 120);
   EXPECT_EQ(camera_.controls[V4L2_CID_GAIN], 7);
   camera_.has_gain = false;
-  expect_open_error(ErrorCode::kConfiguration, "has no gain", "leave gain of camera out");
+  expect_open_error(ErrorCode::kConfiguration, "has no gain", "leave gain and brightness");
   options_.exposure = 5000;
   make();
   expect_open_error(ErrorCode::kConfiguration, "exposure 5000 is not within its 1 .. 500",
                     "change exposure");
+}
+
+TEST_F(V4l2DeviceTest, ADarkHallIsMadeBrighterByGainOnceExposureIsAtWhatMotionAllows) {
+  options_.exposure = 40;
+  options_.brightness = 110;
+  make();
+  ASSERT_TRUE(device_->open());
+  EXPECT_EQ(camera_.controls[V4L2_CID_EXPOSURE_ABSOLUTE], 40);
+  EXPECT_EQ(camera_.controls[V4L2_CID_GAIN], 1);
+  for (std::uint32_t n = 0; n < BrightnessControl::kSettle; ++n) {
+    give(n, std::vector<std::uint8_t>(kHeight * kWidth * 4, 30));
+    ASSERT_TRUE(*grab());
+  }
+  EXPECT_EQ(camera_.controls[V4L2_CID_EXPOSURE_ABSOLUTE], 40);
+  EXPECT_EQ(camera_.controls[V4L2_CID_GAIN], 1 + 499 / 32);
 }
 
 TEST_F(V4l2DeviceTest, UnpluggedIsAnErrorAndAnotherOpenWorks) {

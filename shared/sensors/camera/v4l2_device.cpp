@@ -148,20 +148,25 @@ Result<void> V4l2Device::set_mode() {
   return {};
 }
 
-Result<void> V4l2Device::set_control(std::uint32_t id, const char* name, int value) {
+Result<v4l2_queryctrl> V4l2Device::ask_control(std::uint32_t id, const char* name) {
   v4l2_queryctrl q{};
   q.id = id;
-  if (const int e = io_->ioctl(fd_, VIDIOC_QUERYCTRL, &q);
-      e < 0 || (q.flags & V4L2_CTRL_FLAG_DISABLED) != 0) {
-    if (e < 0 && e != -EINVAL && e != -ENOTTY) return trouble(e, std::string("asking for ") + name);
+  const int e = io_->ioctl(fd_, VIDIOC_QUERYCTRL, &q);
+  if (e < 0 && e != -EINVAL && e != -ENOTTY) return trouble(e, std::string("asking for ") + name);
+  if (e < 0 || (q.flags & V4L2_CTRL_FLAG_DISABLED) != 0)
     return Error{ErrorCode::kConfiguration, options_.path,
                  std::string("has no ") + name + " to set",
-                 std::string("leave ") + name + " of camera out"};
-  }
-  if (value < q.minimum || value > q.maximum)
+                 std::string("leave ") + name + " and brightness of camera out"};
+  return q;
+}
+
+Result<void> V4l2Device::set_control(std::uint32_t id, const char* name, int value) {
+  const auto q = ask_control(id, name);
+  if (!q) return q.error();
+  if (value < q->minimum || value > q->maximum)
     return Error{ErrorCode::kConfiguration, options_.path,
                  std::string(name) + " " + std::to_string(value) + " is not within its " +
-                     std::to_string(q.minimum) + " .. " + std::to_string(q.maximum),
+                     std::to_string(q->minimum) + " .. " + std::to_string(q->maximum),
                  std::string("change ") + name + " of camera"};
   v4l2_control c{id, value};
   if (const int e = io_->ioctl(fd_, VIDIOC_S_CTRL, &c); e < 0)
@@ -170,15 +175,40 @@ Result<void> V4l2Device::set_control(std::uint32_t id, const char* name, int val
 }
 
 Result<void> V4l2Device::set_controls() {
-  if (options_.exposure) {
+  const std::optional<int> exposure = options_.exposure;
+  if (exposure) {
     // Not every camera has a mode of exposure: then there is only the value.
     v4l2_control manual{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL};
     (void)io_->ioctl(fd_, VIDIOC_S_CTRL, &manual);
-    if (auto set = set_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure", *options_.exposure); !set)
-      return set;
+    if (auto set = set_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure", *exposure); !set) return set;
   }
-  if (options_.gain) return set_control(V4L2_CID_GAIN, "gain", *options_.gain);
+  if (options_.gain)
+    if (auto set = set_control(V4L2_CID_GAIN, "gain", *options_.gain); !set) return set;
+  control_.reset();
+  if (!options_.brightness || !exposure) return {};
+  const auto time = ask_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure");
+  if (!time) return time.error();
+  const auto gain = ask_control(V4L2_CID_GAIN, "gain");
+  if (!gain) return gain.error();
+  const int start = options_.gain.value_or(gain->minimum);
+  if (auto set = set_control(V4L2_CID_GAIN, "gain", start); !set) return set;
+  control_.emplace(*options_.brightness, BrightnessControl::Range{time->minimum, *exposure},
+                   BrightnessControl::Range{gain->minimum, gain->maximum},
+                   BrightnessControl::Setting{*exposure, start});
   return {};
+}
+
+/// Sets what keeps the next pairs neither dark nor saturated.
+Result<void> V4l2Device::keep_brightness(const FrameBuffers& out, const FrameFacts& facts) {
+  const auto next = control_->after(brightness_of(out, facts));
+  if (control_->at_limit())
+    remark_ = options_.path +
+              ": exposure and gain are at their limits -> more or less light, or another "
+              "camera.exposure_100us";
+  if (!next) return {};
+  if (auto set = set_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure", next->exposure); !set)
+    return set;
+  return set_control(V4L2_CID_GAIN, "gain", next->gain);
 }
 
 Result<void> V4l2Device::start() {
@@ -322,6 +352,8 @@ Result<bool> V4l2Device::grab(const FrameBuffers& out, FrameFacts& facts,
   missed_ = step > 1 + left_out_ && step < 1'000'000 ? step - 1 - left_out_ : 0;
   last_sequence_ = b.sequence;
   left_out_ = 0;
+  if (control_)
+    if (auto kept = keep_brightness(out, facts); !kept) return kept.error();
   return true;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sensors/camera/brightness_control.hpp"
 #include "sensors/camera/pair_layout.hpp"
 #include "sensors/camera/stereo_device.hpp"
 #include "sensors/camera/v4l2_io.hpp"
@@ -23,6 +24,9 @@ struct V4l2Options {
   std::int64_t latency = 0;     ///< subtracted from every time [ns]
   std::optional<int> exposure;  ///< V4L2_CID_EXPOSURE_ABSOLUTE [100 us]; unset: the camera's own
   std::optional<int> gain;      ///< V4L2_CID_GAIN
+  /// Mean grey level to be kept by exposure, at most the one above, and gain; unset: nothing is
+  /// kept.
+  std::optional<double> brightness;
 };
 
 /// Both clocks of one moment [ns].
@@ -57,6 +61,8 @@ class V4l2Device final : public StereoDevice {
   Result<void> check_camera();
   Result<void> set_mode();
   Result<void> set_controls();
+  Result<v4l2_queryctrl> ask_control(std::uint32_t id, const char* name);
+  Result<void> keep_brightness(const FrameBuffers& out, const FrameFacts& facts);
   Result<void> set_control(std::uint32_t id, const char* name, int value);
   Result<void> start();
   Result<std::optional<v4l2_buffer>> newest(DropCounts& dropped);
@@ -74,6 +80,7 @@ class V4l2Device final : public StereoDevice {
   std::optional<std::uint32_t> last_sequence_;
   std::uint64_t missed_ = 0;    ///< before the pair that was grabbed last
   std::uint64_t left_out_ = 0;  ///< since then, and counted
+  std::optional<BrightnessControl> control_;
   std::string remark_;
 };
 
