@@ -178,11 +178,12 @@ class Camera {
   Result<bool> turn() {
     if (loan_ == nullptr) loan_ = writer_.loan();
     if (loan_ == nullptr) {  // readers hold all of it
-      status().dropped.add(Cause::kNoFrameMemory);
+      if (!std::exchange(starved_, true)) status().dropped.add(Cause::kNoFrameMemory);
       status().tick();
       std::this_thread::sleep_for(5ms);
       return true;
     }
+    starved_ = false;
     FrameFacts facts;
     const auto next = opened_.source->next(
         {loan_->left().data(), loan_->right().data(), loan_->left().size(), v1::MAX_PIXELS}, facts,
@@ -243,6 +244,7 @@ class Camera {
   Opened opened_;
   dds::Writer<dds::StereoFrameTopic> writer_;
   v1::StereoFrame* loan_ = nullptr;  ///< to be filled next
+  bool starved_ = false;             ///< there was none the last time
   std::string said_;
 };
 

@@ -162,7 +162,7 @@ TEST_F(FolderDeviceTest, PairsThatDifferInColourOrSizeAreRefused) {
   EXPECT_EQ(dropped_.of(Cause::kImageUnreadable), 1U);
 }
 
-TEST_F(FolderDeviceTest, ImagesOfAnotherSizeThanTheCalibrationAreAConfigurationError) {
+TEST_F(FolderDeviceTest, ImagesOfAnotherSizeThanTheCalibrationAreRefusedAndNamed) {
   StereoRig rig;
   rig.left.width = rig.right.width = 16;
   rig.left.height = rig.right.height = 6;
@@ -170,11 +170,13 @@ TEST_F(FolderDeviceTest, ImagesOfAnotherSizeThanTheCalibrationAreAConfigurationE
   make();
   ASSERT_TRUE(device_->open());
   put_pair("1700000000100000000.png", 1);
-  const auto got =
-      device_->grab({left_.data(), right_.data(), left_.size(), 1000}, facts_, {}, dropped_);
-  ASSERT_FALSE(got);
-  EXPECT_EQ(got.error().code, ErrorCode::kConfiguration);
-  EXPECT_NE(got.error().text().find("8 x 6"), std::string::npos);
+  EXPECT_FALSE(grab());
+  EXPECT_EQ(dropped_.of(Cause::kImageUnreadable), 1U);
+  EXPECT_NE(device_->remark().find("8 x 6 pixels, the calibration is of 16 x 6"),
+            std::string::npos);
+  put("left", "1700000000200000000.png", grey(5, 16));
+  put("right", "1700000000200000000.png", grey(6, 16));
+  EXPECT_TRUE(grab()) << "one wrong file ends nothing";
 }
 
 TEST_F(FolderDeviceTest, NamesWithoutATimeAreStampedByTheirFileAndThatIsSaid) {

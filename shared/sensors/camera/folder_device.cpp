@@ -97,7 +97,6 @@ Result<void> FolderDevice::look(bool first) {
 Result<FolderDevice::State> FolderDevice::decode(File& file, bool left, std::size_t pixels,
                                                  DropCounts& dropped) {
   if (file.image) return State::kComplete;
-  if (file.path.empty()) return State::kWaiting;
   const CameraModel* model =
       options_.rig ? (left ? &options_.rig->left : &options_.rig->right) : nullptr;
   struct stat s {};
@@ -113,12 +112,14 @@ Result<FolderDevice::State> FolderDevice::decode(File& file, bool left, std::siz
     file.grew = steady_.now();
     auto image = read_image(file.path, pixels, model != nullptr ? model->bits : 0);
     if (image && model != nullptr &&
-        (image->width != model->width || image->height != model->height))
-      return Error{ErrorCode::kConfiguration, file.path,
-                   std::to_string(image->width) + " x " + std::to_string(image->height) +
-                       " pixels, the calibration is of " + std::to_string(model->width) + " x " +
-                       std::to_string(model->height),
-                   "use the calibration of this camera at this resolution"};
+        (image->width != model->width || image->height != model->height)) {
+      dropped.add(Cause::kImageUnreadable);
+      remark_ = file.path + ": " + std::to_string(image->width) + " x " +
+                std::to_string(image->height) + " pixels, the calibration is of " +
+                std::to_string(model->width) + " x " + std::to_string(model->height) +
+                " -> use the calibration of this camera at this resolution";
+      return State::kRefused;
+    }
     if (image) {
       file.image = std::move(*image);
       return State::kComplete;
@@ -138,8 +139,10 @@ Result<FolderDevice::State> FolderDevice::decode(File& file, bool left, std::siz
 
 Result<FolderDevice::State> FolderDevice::judge(Pair& pair, const FrameBuffers& out,
                                                 DropCounts& dropped) {
-  bool complete = true;
-  for (int side = 0; side < 2; ++side) {
+  // Not before both are there: images that wait alone would fill the memory.
+  const bool single = pair.side[0].path.empty() || pair.side[1].path.empty();
+  bool complete = !single;
+  for (int side = 0; side < 2 && !single; ++side) {
     const auto state = decode(pair.side[side], side == 0, out.pixels, dropped);
     if (!state || *state == State::kRefused) return state;
     complete = complete && *state == State::kComplete;
@@ -159,7 +162,6 @@ Result<FolderDevice::State> FolderDevice::judge(Pair& pair, const FrameBuffers& 
     }
     return State::kComplete;
   }
-  const bool single = pair.side[0].path.empty() || pair.side[1].path.empty();
   if (single && steady_.now() - pair.since >= kPatience) {
     dropped.add(Cause::kPairIncomplete);
     remark_ =

@@ -44,7 +44,7 @@ class FolderDevice final : public StereoDevice {
   [[nodiscard]] bool reconnects_when_silent() const override { return false; }
 
   static constexpr std::size_t kMostFiles = 20'000;
-  static constexpr std::size_t kMostWaiting = 256;  ///< pairs that are not complete
+  static constexpr std::size_t kMostWaiting = 64;  ///< pairs that are not complete
   static constexpr TimeNs kPatience = kNsPerSecond;
 
  private:
