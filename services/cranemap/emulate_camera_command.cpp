@@ -98,7 +98,8 @@ class Rendered final : public Frames {
 };
 
 Result<std::unique_ptr<Frames>> open(const std::string& from) {
-  if (fs::is_directory(from)) {
+  std::error_code ignored;
+  if (fs::is_directory(from, ignored)) {
     auto recording = Recording::open(from);
     if (!recording) return recording.error();
     return std::unique_ptr<Frames>(std::make_unique<Recorded>(std::move(*recording)));
