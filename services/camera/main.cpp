@@ -1,4 +1,4 @@
-#include "camera_player.hpp"
+#include "camera_service.hpp"
 
 int main(int argc, char** argv) {
   return crane::run_camera(argc, argv);

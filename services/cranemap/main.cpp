@@ -20,12 +20,19 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string(CRANEMAP_VERSION) + " (" CRANEMAP_BUILD_TYPE ")");
   app.require_subcommand(1);
   const std::map<std::string, crane::Command> commands = {
-      {"run", crane::add_run_command(app)},           {"demo", crane::add_demo_command(app)},
-      {"simulate", crane::add_simulate_command(app)}, {"watch", crane::add_watch_command(app)},
-      {"evaluate", crane::add_evaluate_command(app)}, {"query", crane::add_query_command(app)},
-      {"zone", crane::add_zone_command(app)},         {"status", crane::add_status_command(app)},
-      {"health", crane::add_health_command(app)},     {"doctor", crane::add_doctor_command(app)},
-      {"serve", crane::add_serve_command(app)},       {"emulate", crane::add_emulate_command(app)},
+      {"run", crane::add_run_command(app)},
+      {"demo", crane::add_demo_command(app)},
+      {"simulate", crane::add_simulate_command(app)},
+      {"watch", crane::add_watch_command(app)},
+      {"evaluate", crane::add_evaluate_command(app)},
+      {"query", crane::add_query_command(app)},
+      {"zone", crane::add_zone_command(app)},
+      {"status", crane::add_status_command(app)},
+      {"health", crane::add_health_command(app)},
+      {"doctor", crane::add_doctor_command(app)},
+      {"serve", crane::add_serve_command(app)},
+      {"emulate-camera", crane::add_emulate_camera_command(app)},
+      {"emulate", crane::add_emulate_command(app)},
   };
   app.footer(
       "Exit codes: 0 done, 2 configuration or input, 3 resource, 4 data lost.\n"

@@ -27,6 +27,7 @@ struct Options {
   std::vector<std::string> services;
   std::string rate = "real", stamps = "now";
   bool standby = false, log_json = false;
+  bool live_camera = false;  ///< the configuration names one
   int id = 0;
   std::uint64_t stream = std::random_device{}() | 1U;
   TimeNs start = SystemClock().now() + 2 * kNsPerSecond;
@@ -93,9 +94,11 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   }
   if (service == "mapper" && !o.state.empty()) add({"--state", o.state});
   if (service == "mapper" && o.standby) add({"--standby"});
-  // Without a recording the rangefinders of the configuration are followed.
-  if (service == "camera" && o.recording.empty()) return missing("--recording");
-  if ((service == "camera" || service == "rangefinder") && !o.recording.empty()) {
+  // Without a recording both are live; the rangefinder says itself what its configuration misses.
+  const bool live = o.recording.empty();
+  if (service == "camera" && live && !o.live_camera) return missing("--recording");
+  if (service == "camera" && live && !o.calibration.empty()) add({"--calibration", o.calibration});
+  if ((service == "camera" || service == "rangefinder") && !live) {
     // All players in step, and again so after one was restarted.
     add({o.recording, "--loop", "--stream", std::to_string(o.stream), "--start-at",
          std::to_string(o.start), "--resume", "--rate", o.rate, "--stamps", o.stamps});
@@ -104,7 +107,15 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   return out;
 }
 
-int serve(const Options& options) {
+int serve(Options& options) {
+  if (!options.config.empty()) {
+    auto config = read_site_config(options.config);
+    if (!config) {
+      log_error(config.error().text());
+      return exit_code(config.error());
+    }
+    options.live_camera = config->camera.source != CameraConfig::Source::kRecording;
+  }
   std::error_code failed;
   const fs::path programs = fs::read_symlink("/proc/self/exe", failed).parent_path();
   if (options.log_json) set_log_format(LogFormat::kJson);
@@ -154,7 +165,8 @@ Command add_serve_command(CLI::App& app) {
   command->add_option("--state", o.state, "Where the mapper keeps its map");
   command->add_option(
       "--recording", o.recording,
-      "Played round and round by camera and rangefinder; may stand for --calibration");
+      "Played round and round by camera and rangefinder, where the configuration names no camera; "
+      "may stand for --calibration");
   command->add_option("--rate", o.rate, "Of the recording: real or a factor")
       ->capture_default_str();
   command->add_option("--stamps", o.stamps, "Times of the recording's samples: now, or as recorded")

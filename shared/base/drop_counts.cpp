@@ -111,6 +111,15 @@ constexpr Row kTable[] = {
     {Cause::kHttpRefused, "HTTP request refused"},
     {Cause::kHttpClosed, "HTTP connection closed: too slow, or one too many"},
     {Cause::kLogLeftOut, "line of the log left out: a flood, or nobody reads"},
+    {Cause::kCameraLost, "camera lost, connected again"},
+    {Cause::kCameraMissedFrame, "numbered by the camera, never given"},
+    {Cause::kFrameOvertaken, "a newer frame was there already"},
+    {Cause::kPairIncomplete, "image without its other"},
+    {Cause::kExposureNotLater, "exposed no later than the frame before"},
+    {Cause::kCameraClockSet, "camera's clock was set back, new stream"},
+    {Cause::kFrameShort, "frame shorter than the camera's mode"},
+    {Cause::kFrameCorrupt, "frame with damaged or repeated rows"},
+    {Cause::kHalvesSwapped, "left and right swapped"},
 };
 
 const Row* find(Cause cause) {

@@ -119,6 +119,16 @@ enum class Cause : std::uint32_t {
   kHttpRefused = 150,
   kHttpClosed = 151,
   kLogLeftOut = 152,
+  // Live cameras.
+  kCameraLost = 170,
+  kCameraMissedFrame = 171,
+  kFrameOvertaken = 172,
+  kPairIncomplete = 173,
+  kExposureNotLater = 174,
+  kCameraClockSet = 175,
+  kFrameShort = 176,
+  kFrameCorrupt = 177,
+  kHalvesSwapped = 178,
 };
 
 /// As it is published and read by people: at most 63 characters. Never empty.
@@ -147,7 +157,7 @@ class DropCounts {
 
  private:
   static std::size_t index(Cause cause) { return static_cast<std::size_t>(cause); }
-  std::array<std::uint64_t, 160> counts_{};
+  std::array<std::uint64_t, 192> counts_{};
 };
 
 }  // namespace crane

@@ -38,8 +38,8 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/http", {{"base"}, {"boost"}}},
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
-    {"shared/sensors", {{"base", "config"}, {"modbus"}}},
     {"shared/recording", {{"base", "geometry", "config"}, {"eigen", "opencv", "jpeg"}}},
+    {"shared/sensors", {{"base", "geometry", "config", "recording"}, {"modbus"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry"}, {"eigen", "opencv", "hwy"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
@@ -57,7 +57,7 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "sensors", "recording", "sim", "stereo", "cloud", "motion",
+     {{"base", "geometry", "config", "recording", "sensors", "sim", "stereo", "cloud", "motion",
        "mapping", "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client",
        "evaluation"},
       {"cli", "json", "opencv"}}},

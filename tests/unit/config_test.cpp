@@ -138,5 +138,23 @@ TEST(SiteConfig, DirectionOffsetAndSpeedOfRangefindersAreReadAndChecked) {
     EXPECT_FALSE(parse_site_config(std::string("mapper: {") + bad + "}\n", "site")) << bad;
 }
 
+TEST(SiteConfig, ALiveCameraIsReadWrittenAndCheckedAgainstItsSource) {
+  const auto config = parse_site_config(
+      "camera: {source: v4l2, path: /dev/v4l/by-id/zed, layout: y8i, swap: true, width: 640, "
+      "height: 480, rate_hz: 30, exposure_100us: 80, gain: 3, brightness: 110, latency_ms: 4}\n",
+      "test");
+  ASSERT_TRUE(config) << config.error().text();
+  const auto again = parse_site_config(to_yaml(*config), "again");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
+  EXPECT_EQ(again->camera.source, CameraConfig::Source::kV4l2);
+  EXPECT_EQ(again->camera.layout, CameraConfig::Layout::kY8i);
+  for (const char* wrong :
+       {"{source: folder}", "{source: v4l2}", "{path: /x}", "{source: webcam, path: /x}",
+        "{source: v4l2, path: /x, remove: true}", "{source: v4l2, path: /x, width: 0}",
+        "{source: v4l2, path: /x, layout: mono}", "{source: v4l2, path: /x, brightness: 110}"})
+    EXPECT_FALSE(parse_site_config(std::string("camera: ") + wrong + "\n", "test")) << wrong;
+}
+
 }  // namespace
 }  // namespace crane

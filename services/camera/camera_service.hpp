@@ -2,7 +2,7 @@
 
 namespace crane {
 
-/// Service `cranemap-camera`: plays the images of a recording as stereo_frame.
+/// Service `cranemap-camera`: pairs of images of whatever source, as stereo_frame.
 int run_camera(int argc, char** argv);
 
 }  // namespace crane
