@@ -109,6 +109,8 @@ void StatusReporter::tick(bool now) {
   const std::string word = kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] +
                            (message.empty() ? "" : ": " + message);
   std::vector<Gauge> figures = gauges;
+  for (const auto& [name, value] : values)
+    figures.push_back({name, "See the service's README.", value, {}});
   if (certificate_expires_ > 0)
     figures.push_back({"certificate_expires_time_seconds",
                        "When the certificate or its CA expires, Unix epoch.",

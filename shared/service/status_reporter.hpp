@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -52,7 +53,8 @@ class StatusReporter {
   bool finished = false;
   std::uint32_t status = 0;  ///< v1::STATUS_*
   std::string message;
-  std::vector<Gauge> gauges;  ///< for /metrics
+  std::vector<Gauge> gauges;             ///< for /metrics
+  std::map<std::string, double> values;  ///< gauges as well, of names known at run time
 
   /// Speaks from now on for another of v1::SERVICE_*.
   void serve_as(std::uint32_t service) { service_ = service; }
