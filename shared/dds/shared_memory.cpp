@@ -200,7 +200,11 @@ Result<ShmPort> claim_shm_port(const std::string& directory) {
 bool is_port_open(std::uint32_t number, const std::string& directory) {
   const std::string port = directory + "/" + kPortPrefix + std::to_string(number);
   // Held by whoever listens; a killed listener's file is there, too.
-  return is_something(port) && is_something(port + "_el") && !TryLock(port + "_el").held();
+  const int lock = open_ours(port + "_el", O_RDWR);
+  if (lock < 0) return false;
+  const bool held = flock(lock, LOCK_EX | LOCK_NB) != 0;
+  close(lock);
+  return held && is_something(port);
 }
 
 std::size_t remove_stale_segments(const std::string& directory) {
