@@ -90,6 +90,7 @@ constexpr Row kTable[] = {
     {Cause::kPointsOutsideHeights, "points outside z_min..z_max"},
     {Cause::kMapMemory, "blocks beyond max_memory_mib"},
     {Cause::kMapFull, "frame not used: the map has reached max_memory_mib"},
+    {Cause::kEarlierFrameMisplaced, "earlier frame not compared: does not lie as positions say"},
     {Cause::kPaperPoints, "paper: point limit reached"},
     {Cause::kHoistFailed, "hoist_state says failed"},
     {Cause::kLoadTooLarge, "hoist_state: load larger than hoist.largest_load_m"},

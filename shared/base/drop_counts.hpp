@@ -95,6 +95,7 @@ enum class Cause : std::uint32_t {
   kMapMemory = 95,
   kPaperPoints = 96,
   kMapFull = 97,
+  kEarlierFrameMisplaced = 98,
   // Hook and load.
   kHoistFailed = 100,
   kLoadTooLarge = 101,

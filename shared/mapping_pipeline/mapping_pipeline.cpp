@@ -108,7 +108,10 @@ void MappingPipeline::add_hoist(const HoistReading& reading) {
 
 void MappingPipeline::add_cloud(CloudSample cloud, TimeNs now) {
   last_arrival_ = now;
-  if (cloud.stream != account().stream) positions_.begin_anew();  // its times are others
+  if (cloud.stream != account().stream) {
+    positions_.begin_anew();  // its times are others
+    motion_.begin_anew();
+  }
   queue_.add(std::move(cloud), now, counts_);
 }
 
@@ -195,7 +198,15 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
   gantry_.trust(cloud.exposure_time);
   hoist_.prove(gantry_, *map_);
 
-  // 4. Surfaces found and put in, space before them freed.
+  // 4. What the pair left without a match, by the crane's own motion.
+  if (!paper_) {
+    report.motion =
+        motion_.improve(cloud.frame, cloud.exposure_time, cloud.depth_m, cloud.confidence);
+    counts_.add(Cause::kEarlierFrameMisplaced, report.motion.misplaced);
+    lap("motion stereo");
+  }
+
+  // 5. Surfaces found and put in, space before them freed.
   report.refused = integrate(cloud, report);
   lap("integrate");
   return report;
@@ -307,6 +318,7 @@ void MappingPipeline::clear() {
   queue_.restore({});
   ages_ = AgeClock{};
   positions_.begin_anew();
+  motion_.begin_anew();
 }
 
 void MappingPipeline::adopt(const FrameAccount& account, HoistKnown hoist, TimeNs now) {

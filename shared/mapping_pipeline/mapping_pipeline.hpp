@@ -20,6 +20,7 @@
 #include "mapping_pipeline/gantry.hpp"
 #include "mapping_pipeline/hoist_tracker.hpp"
 #include "mapping_pipeline/position_trust.hpp"
+#include "motion/motion_stereo.hpp"
 
 namespace crane {
 
@@ -36,6 +37,7 @@ struct FrameReport {
   std::optional<Cause> refused;                        ///< why it is not in the map; nothing: it is
   Eigen::Vector2d gantry_m = Eigen::Vector2d::Zero();  ///< where it was placed
   Eigen::Vector2d fits_better_m = Eigen::Vector2d::Zero();  ///< kContradictsMap: so much further
+  MotionReport motion;
   SurfaceReport surfaces;
   std::vector<StageMs> stages;
 };
@@ -135,6 +137,7 @@ class MappingPipeline {
   Gantry gantry_;
   PositionTrust positions_;
   HoistTracker hoist_;
+  MotionStereo motion_;
   HoistKnown hoist_known_;
   double hoist_apart_s_ = 0;
   ProjectiveIntegrator integrator_;

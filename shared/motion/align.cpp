@@ -158,6 +158,7 @@ struct Solved {
   Eigen::Vector2d correction = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   int patches = 0, explained = 0;
+  double typical = 0;  ///< variance of a patch's differences
 };
 
 class Solver {
@@ -165,7 +166,8 @@ class Solver {
   Solver(const DepthFrame& frame, const PlacedImage& image, const PlacedImage& other)
       : frame_(frame), image_(image), other_(other) {}
 
-  std::optional<Solved> solve(const Level& level, Eigen::Vector2d correction, int rounds) const {
+  std::optional<Solved> solve(const Level& level, Eigen::Vector2d correction, int rounds,
+                              AlignFlaw& flaw) const {
     std::vector<Patch> patches = choose(frame_, image_, level);
     Solved out;
     double typical = 1e9;
@@ -205,6 +207,7 @@ class Solver {
         weights += w;
         squares += w * variance;
       }
+      flaw = out.patches < kFewest ? AlignFlaw::kTooFew : AlignFlaw::kNoFit;
       if (out.patches < kFewest || weights < kFewest * 0.3) return std::nullopt;
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(A);
       if (!(eigen.eigenvalues()(0) > 1e-6 * eigen.eigenvalues()(1))) return std::nullopt;
@@ -216,6 +219,7 @@ class Solver {
       typical = residuals[residuals.size() / 2];
     }
     out.correction = correction;
+    out.typical = typical;
     return out;
   }
 
@@ -285,7 +289,11 @@ class Solver {
 }  // namespace
 
 std::optional<Alignment> align(const DepthFrame& frame, const PlacedImage& image,
-                               const PlacedImage& other, const AlignSettings& settings) {
+                               const PlacedImage& other, const AlignSettings& settings,
+                               AlignFlaw* flaw) {
+  AlignFlaw ignored = AlignFlaw::kTooFew;
+  AlignFlaw& why = flaw != nullptr ? *flaw : ignored;
+  why = AlignFlaw::kTooFew;
   const Level half{image.half, other.half, 2}, full{image.full, other.full, 1};
   constexpr int kSmallest = 64;
   if (image.half.width < kSmallest || image.half.height < kSmallest ||
@@ -299,15 +307,16 @@ std::optional<Alignment> align(const DepthFrame& frame, const PlacedImage& image
     if (!found) return std::nullopt;
     start = *found;
   }
-  const auto rough = solver.solve(half, start, 4);
+  const auto rough = solver.solve(half, start, 4, why);
   if (!rough) return std::nullopt;
-  const auto fine = solver.solve(full, rough->correction, 4);
+  const auto fine = solver.solve(full, rough->correction, 4, why);
   if (!fine) return std::nullopt;
   out.correction_m = fine->correction;
   const Eigen::Vector2d stated =
       (image.T_map_rectified.translation() - other.T_map_rectified.translation()).head<2>();
   out.displacement_m = stated + out.correction_m;
   out.patches = fine->patches;
+  out.noise_grey = std::sqrt(fine->typical / 2);
   out.support = double(fine->explained) / fine->patches;
   if (out.support < kLeastSupport) return std::nullopt;
   // The disparity of the floor, from the typical depth.

@@ -39,7 +39,8 @@ void KeyFrames::add(PlacedImage image) {
 std::size_t KeyFrames::memory_bytes() const {
   std::size_t bytes = 0;
   for (const auto& kept : kept_)
-    bytes += kept->full.pixels.capacity() + kept->half.pixels.capacity() + sizeof(PlacedImage);
+    bytes += kept->full.pixels.capacity() + kept->half.pixels.capacity() +
+             kept->contrast.pixels.capacity() + sizeof(PlacedImage);
   return bytes;
 }
 

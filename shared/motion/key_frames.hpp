@@ -8,13 +8,13 @@
 namespace crane {
 
 struct KeyFrameSettings {
-  std::size_t most = 12;   ///< kept; each 1.25 bytes a pixel
+  std::size_t most = 12;   ///< kept; each 1.5 bytes a pixel
   double spacing_m = 0.3;  ///< a frame nearer to a kept one takes its place, once that is old
   TimeNs oldest = 60 * kNsPerSecond;  ///< light and things change
 };
 
 /// A few images of where the camera was lately, spread over the way it came. Bounded: at 1280 x 720
-/// twelve are 14 MB. While the crane stands nothing is added but one image after kRenew. One
+/// twelve are 17 MB. While the crane stands nothing is added but one image after kRenew. One
 /// thread.
 class KeyFrames {
  public:

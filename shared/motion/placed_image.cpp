@@ -22,6 +22,37 @@ Grey halved(const Grey& full) {
   return half;
 }
 
+/// Sliding sums along columns, then along the row.
+Grey without_mean(const Grey& image) {
+  constexpr int kReach = 16, kAcross = 2 * kReach + 1, kCount = kAcross * kAcross;
+  Grey out{image.width, image.height, {}};
+  out.pixels.assign(image.pixels.size(), 128);
+  if (image.width <= kAcross || image.height <= kAcross) return out;
+  const auto clamped = [](int i, int size) { return i < 0 ? 0 : i >= size ? size - 1 : i; };
+  std::vector<int> columns(std::size_t(image.width) + 2 * kReach + 1);
+  std::vector<int> sums(std::size_t(image.width));
+  for (int y = -kReach; y <= kReach; ++y)
+    for (int x = 0; x < image.width; ++x)
+      sums[std::size_t(x)] += image.row(clamped(y, image.height))[x];
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = -kReach; x <= image.width + kReach; ++x)
+      columns[std::size_t(x + kReach)] = sums[std::size_t(clamped(x, image.width))];
+    int sum = 0;
+    for (int i = 0; i < kAcross; ++i) sum += columns[std::size_t(i)];
+    std::uint8_t* to = out.pixels.data() + std::size_t(y) * std::size_t(image.width);
+    const std::uint8_t* from = image.row(y);
+    for (int x = 0; x < image.width; ++x) {
+      const int v = from[x] - sum / kCount + 128;
+      to[x] = static_cast<std::uint8_t>(v < 0 ? 0 : v > 255 ? 255 : v);
+      sum += columns[std::size_t(x + kAcross)] - columns[std::size_t(x)];
+    }
+    const std::uint8_t* leaves = image.row(clamped(y - kReach, image.height));
+    const std::uint8_t* comes = image.row(clamped(y + kReach + 1, image.height));
+    for (int x = 0; x < image.width; ++x) sums[std::size_t(x)] += comes[x] - leaves[x];
+  }
+  return out;
+}
+
 }  // namespace
 
 PlacedImage placed_image(const DepthFrame& f, TimeNs exposure) {
@@ -36,6 +67,7 @@ PlacedImage placed_image(const DepthFrame& f, TimeNs exposure) {
     bgr += 3;
   }
   out.half = halved(out.full);
+  out.contrast = without_mean(out.half);
   out.f_px = f.f_px;
   out.cx_px = f.cx_px;
   out.cy_px = f.cy_px;

@@ -22,6 +22,7 @@ struct Grey {
 /// A rectified left image and where it was taken.
 struct PlacedImage {
   Grey full, half;  ///< half: of half the size, mean of 2 x 2
+  Grey contrast;    ///< half without the mean of 33 x 33 around each pixel, and 128
   double f_px = 0, cx_px = 0, cy_px = 0;
   Eigen::Isometry3d T_map_rectified = Eigen::Isometry3d::Identity();
   TimeNs exposure = 0;

@@ -6,6 +6,8 @@
 
 #include "motion/align.hpp"
 #include "motion/key_frames.hpp"
+#include "motion/motion_stereo.hpp"
+#include "motion/sweep_cells.hpp"
 
 namespace crane {
 namespace {
@@ -193,6 +195,133 @@ TEST(KeyFrames, AnEarlierTimeOrAnotherCameraBeginsAnew) {
   turned.T_map_rectified.linear() = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()).matrix();
   frames.add(turned);
   EXPECT_EQ(frames.all().size(), 1U);
+}
+
+TEST(SweepCell, FastIsAsSlow) {
+  constexpr int kEdge = 70;
+  std::mt19937 random(5);
+  std::vector<std::uint8_t> a(kEdge * kEdge), b(kEdge * kEdge);
+  for (auto* image : {&a, &b})
+    for (auto& p : *image) p = static_cast<std::uint8_t>(random());
+  std::fill(b.begin(), b.begin() + 16 * kEdge, std::uint8_t{255});
+  std::fill(a.begin(), a.begin() + 16 * kEdge, std::uint8_t{0});
+  std::vector<std::int32_t> offsets = {-1, 0};
+  for (int i = 0; i < 200; ++i)
+    offsets.push_back(std::int32_t(random() % (kEdge - 15)) * kEdge +
+                      std::int32_t(random() % (kEdge - 15)));
+  std::vector<std::uint16_t> fast(offsets.size()), slow(offsets.size());
+  for (const int at : {0, 3 * kEdge + 5, (kEdge - 16) * kEdge + kEdge - 16}) {
+    const SweepCell cell{a.data() + at, kEdge,          b.data(),
+                         kEdge,         offsets.data(), int(offsets.size())};
+    sweep_cell(cell, fast.data());
+    sweep_cell_slow(cell, slow.data());
+    EXPECT_EQ(fast, slow);
+    EXPECT_EQ(fast[0], kNotVisible);
+  }
+}
+
+/// What the pair leaves on a pattern: the box has depth, the floor none.
+void forget_floor(View& v) {
+  for (float& z : v.depth)
+    if (z > kHeightM - kBoxM / 2) z = 0;
+}
+
+struct Filled {
+  int matched = 0, wrong = 0;
+};
+Filled filled_in(const View& v, const View& before) {
+  Filled out;
+  for (std::size_t i = 0; i < v.depth.size(); ++i) {
+    if (before.depth[i] != 0 || v.depth[i] == 0) continue;
+    ++out.matched;
+    out.wrong += std::abs(std::abs(v.depth[i]) - kHeightM) > 0.15 ? 1 : 0;
+  }
+  return out;
+}
+
+/// Drives over a floor of tiles that are all alike; what the last frame got.
+Filled drive(const std::vector<Eigen::Vector3d>& places_and_times) {
+  MotionStereo motion;
+  Filled out;
+  for (const Eigen::Vector3d& at : places_and_times) {
+    View v = view_from(at.x(), at.y(), checker, unsigned(at.z() * 10));
+    forget_floor(v);
+    const View before = v;
+    v.fix();
+    motion.improve(v.frame, TimeNs(at.z() * 1e9) + 1, v.depth, v.confidence);
+    out = filled_in(v, before);
+  }
+  return out;
+}
+
+TEST(MotionStereo, ResolvesAPatternWhoseTilesAreAllAlike) {
+  const Filled f =
+      drive({{0, 0, 0}, {0.83, 0.1, 3}, {0.3, 0.91, 6}, {1.37, 0.62, 9}, {0.7, 0.35, 12}});
+  EXPECT_GT(f.matched, 3000);
+  EXPECT_LT(f.wrong, f.matched / 200);
+}
+
+TEST(MotionStereo, FindsNothingOnADriveThatASteadyMoverCouldMimic) {
+  const Filled f =
+      drive({{0, 0, 0}, {0.31, 0.22, 3}, {0.62, 0.44, 6}, {0.93, 0.66, 9}, {1.24, 0.88, 12}});
+  EXPECT_EQ(f.matched, 0);
+}
+
+TEST(MotionStereo, StandingStillNothingChanges) {
+  const Filled f = drive({{0, 0, 0}, {0, 0, 3}, {0.01, 0, 6}, {0, 0.01, 9}, {0, 0, 12}});
+  EXPECT_EQ(f.matched, 0);
+}
+
+TEST(MotionStereo, AFloorThatFitsAtSeveralDepthsInAllViewsHasNone) {
+  // Steps of two tiles: every view sees the same.
+  const Filled f = drive({{0, 0, 0}, {1, 0, 3}, {1, 1, 6}, {0, 1, 9}, {2, 0, 12}, {0, 0, 15}});
+  EXPECT_LT(f.wrong, 50) << "of " << f.matched;
+}
+
+TEST(MotionStereo, WithoutColourOrWithWrongPositionsThePairStandsAlone) {
+  MotionStereo motion;
+  View v = view_from(0, 0, texture, 1);
+  const View before = v;
+  v.fix();
+  v.frame.colour = nullptr;
+  EXPECT_EQ(motion.improve(v.frame, 1, v.depth, v.confidence).views, 0U);
+  EXPECT_EQ(v.depth, before.depth);
+  std::size_t misplaced = 0;
+  for (int i = 0; i < 4; ++i) {
+    View w = view_from(0.4 * i, 0.13 * i * i, texture, unsigned(i));
+    const View clean = w;
+    if (i == 3) misplace(w, 0.4, 0);  // a third of a metre and more
+    w.fix();
+    const MotionReport report =
+        motion.improve(w.frame, TimeNs(i) * 3 * kNsPerSecond + 2, w.depth, w.confidence);
+    misplaced = report.misplaced;
+    EXPECT_EQ(w.depth, clean.depth);
+  }
+  EXPECT_GE(misplaced, 2U);
+}
+
+TEST(MotionStereo, HalvesTheErrorOfAShortBaselineAtLeast) {
+  MotionStereo motion;
+  double before = 0, after = 0;
+  std::size_t refined = 0;
+  for (int i = 0; i < 4; ++i) {
+    View v = view_from(0.45 * i, 0.2 * i, texture, unsigned(i));
+    const View truth = v;
+    v.frame.baseline_m = 0.12;
+    for (std::size_t k = 0; k < v.depth.size(); ++k)
+      v.depth[k] *= float(1 + 0.015 * std::sin(double(k % kWidth) / 35 + double(k / kWidth) / 41));
+    const View spoiled = v;
+    v.fix();
+    refined = motion.improve(v.frame, TimeNs(i) * kNsPerSecond + 1, v.depth, v.confidence).refined;
+    before = after = 0;
+    for (std::size_t k = 0; k < v.depth.size(); ++k) {
+      if (v.depth[k] == spoiled.depth[k]) continue;
+      before += std::pow(spoiled.depth[k] - truth.depth[k], 2);
+      after += std::pow(v.depth[k] - truth.depth[k], 2);
+    }
+  }
+  EXPECT_GT(refined, std::size_t(kWidth * kHeight / 2));
+  EXPECT_LT(std::sqrt(after), 0.5 * std::sqrt(before));
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ constexpr const char* kThin = "of the thinnest a few cells; along the baseline 5
 constexpr const char* kRepeats = "the rim of the pattern beside obstacles is mapped off its height";
 constexpr const char* kNoise = "noise that matches noise";
 constexpr const char* kLow = "a low thing is pulled towards the floor's height at its ends";
+constexpr const char* kShort =
+    "at the rim and beside obstacles only the pair's short baseline tells";
 constexpr const char* kThrough = "what is seen through or in it frees it";
 
 struct Short {
@@ -34,6 +36,7 @@ constexpr Short kKnownShort[] = {
     {"floor_low_texture", kNoise},
     {"forks", kLow},
     {"glass", kThrough},
+    {"high_short_baseline", kShort},
     {"ladder", kThin},
     {"masts", kThin},
     {"person_walking", kCame},

@@ -1,0 +1,258 @@
+#include "motion/cell_proof.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crane {
+namespace {
+
+constexpr int kRounds = 4;
+constexpr double kConverged_px = 0.1;
+/// A candidate is right up to this misfit, and another one wrong from that, and so many times the
+/// best one's.
+constexpr double kRight = 2.5, kWrong = 3, kWrongTimes = 2, kHopeless = 12;
+/// Of the differences of two images, in what noise gives: borne out up to here, likely up to there.
+constexpr float kBorneOut = 2.2F, kAlmost = 7;
+constexpr double kMostSigmas = 4;  ///< by which the pair may be wrong
+constexpr double kSame_px = 1.5;   ///< closer, two candidates are one
+constexpr float kSlip_px = 0.3F;   ///< error of a good depth, in the image
+constexpr float kTextured = 5;     ///< sum of squared gradients in 3 x 3, in what noise gives
+constexpr double kBias_px = 0.06;  ///< what is left of interpolation
+constexpr double kCorrelated = 2;  ///< neighbours share noise of interpolation and texture
+constexpr int kFewestViews = 3;    ///< beside the newest image
+constexpr int kMostHidden = 1;     ///< views that may show something else
+
+}  // namespace
+
+bool CellProof::take_window(int u0, int v0) {
+  const Grey& g = image_.full;
+  const int x0 = u0 - kMargin, y0 = v0 - kMargin;
+  if (x0 < 1 || y0 < 1 || x0 + kWindow >= g.width || y0 + kWindow >= g.height) return false;
+  for (int y = 0; y < kWindow; ++y) {
+    const std::uint8_t* p = g.row(y0 + y) + x0;
+    const std::uint8_t* above = p - g.width;
+    const std::uint8_t* below = p + g.width;
+    float* to = here_.data() + y * kWindow;
+    float* gx = gx_.data() + y * kWindow;
+    float* gy = gy_.data() + y * kWindow;
+    for (int x = 0; x < kWindow; ++x) {
+      to[x] = float(p[x]);
+      gx[x] = 0.5F * float(p[x + 1] - p[x - 1]);
+      gy[x] = 0.5F * float(below[x] - above[x]);
+    }
+  }
+  return true;
+}
+
+bool CellProof::shift(int u0, int v0, double inverse_m, const MotionView& view,
+                      Shifted& out) const {
+  const double mu = u0 + (kCellEdge - 1) / 2.0, mv = v0 + (kCellEdge - 1) / 2.0;
+  const Eigen::Vector3d ray((mu - image_.cx_px) / image_.f_px, (mv - image_.cy_px) / image_.f_px,
+                            1);
+  const Eigen::Vector3d q = view.warp.R * ray + inverse_m * view.warp.t;
+  if (!(q.z() > 0.1)) return false;
+  const Eigen::Vector3d& t = view.warp.t;
+  out.motion = image_.f_px / q.z() *
+               Eigen::Vector2d(t.x() - q.x() / q.z() * t.z(), t.y() - q.y() / q.z() * t.z());
+  const double x = q.x() / q.z() * image_.f_px + image_.cx_px - (kWindow - 1) / 2.0;
+  const double y = q.y() / q.z() * image_.f_px + image_.cy_px - (kWindow - 1) / 2.0;
+  const Grey& there = view.image->full;
+  if (!(x >= 0 && y >= 0 && x < there.width - kWindow - 1 && y < there.height - kWindow - 1))
+    return false;
+  const int x0 = int(x), y0 = int(y);
+  const auto fx = float(x - x0), fy = float(y - y0);
+  for (int row = 0; row < kWindow; ++row) {
+    const std::uint8_t* a = there.row(y0 + row) + x0;
+    const std::uint8_t* b = a + there.width;
+    float* to = out.grey.data() + row * kWindow;
+    for (int i = 0; i < kWindow; ++i) {
+      const float top = float(a[i]) + fx * float(a[i + 1] - a[i]);
+      const float low = float(b[i]) + fx * float(b[i + 1] - b[i]);
+      to[i] = top + fy * (low - top);
+    }
+  }
+  return true;
+}
+
+std::optional<CellFit> CellProof::decide(int u0, int v0,
+                                         const std::vector<CellCandidate>& candidates) {
+  if (candidates.empty() || !take_window(u0, v0)) return std::nullopt;
+  std::optional<CellFit> best;
+  double least = kRight;
+  std::vector<std::pair<double, double>> all;  // inverse depth, misfit
+  for (const CellCandidate& c : candidates) {
+    const auto close = refine(u0, v0, c.inverse_m, c.visible);
+    const double at = close ? close->inverse_m : c.inverse_m;
+    // One that could not be brought to its best is not ruled out by what it looks like.
+    const double half = close ? 1 : 0.5;
+    int against = 0;
+    const double left = half * misfit(u0, v0, at, c.visible, &against);
+    // One view alone may look at something that hides it.
+    all.emplace_back(at, against > kMostHidden ? left : 0);
+    if (__builtin_popcount(c.bearing) < kFewestViews ||
+        __builtin_popcount(c.visible & ~c.bearing) > kMostHidden)
+      continue;
+    const auto fit = refine(u0, v0, c.inverse_m, c.bearing);
+    if (!fit || fit->count < kFewestViews) continue;
+    const double remains = misfit(u0, v0, fit->inverse_m, fit->views);
+    if (remains >= least) continue;
+    least = remains;
+    best = fit;
+  }
+  if (!best) return std::nullopt;
+  const double longest = set_.longest_m * image_.f_px;
+  for (const auto& [at, left] : all) {
+    if (std::abs(at - best->inverse_m) * longest < kSame_px) continue;
+    if (left < std::max(kWrong, kWrongTimes * least)) return std::nullopt;
+  }
+  return best;
+}
+
+std::uint32_t CellProof::seen_by(int u0, int v0, double inverse_m, int most) {
+  std::uint32_t out = 0;
+  for (std::size_t k = 0; k < set_.views.size() && __builtin_popcount(out) < most; ++k)
+    if (shift(u0, v0, inverse_m, set_.views[k], moved_)) out |= 1U << k;
+  return out;
+}
+
+std::optional<CellFit> CellProof::sharpen(int u0, int v0, double inverse_m, double sigma,
+                                          std::uint32_t views) {
+  if (!take_window(u0, v0)) return std::nullopt;
+  auto fit = refine(u0, v0, inverse_m, views);
+  if (!fit || fit->count == 0 || std::abs(fit->inverse_m - inverse_m) > kMostSigmas * sigma ||
+      misfit(u0, v0, fit->inverse_m, fit->views) > kRight)
+    return std::nullopt;
+  return fit;
+}
+
+double CellProof::misfit(int u0, int v0, double inverse_m, std::uint32_t views, int* against) {
+  constexpr std::size_t kAll = kWindow * kWindow;
+  const auto noise = static_cast<float>(2 * set_.noise_grey * set_.noise_grey);
+  double sum = 0;
+  int seen = 0;
+  for (std::size_t k = 0; k < set_.views.size(); ++k) {
+    if ((views >> k & 1U) == 0 || !shift(u0, v0, inverse_m, set_.views[k], moved_)) continue;
+    float mean = 0;
+    for (std::size_t i = 0; i < kAll; ++i) mean += here_[i] - moved_.grey[i];
+    mean /= float(kAll);
+    float squares = 0;
+    for (std::size_t i = 0; i < kAll; ++i) {
+      const float r = here_[i] - moved_.grey[i] - mean;
+      const float g = gx_[i] * gx_[i] + gy_[i] * gy_[i];
+      squares += r * r / (noise + kSlip_px * kSlip_px * g);
+    }
+    sum += std::min(kHopeless, double(squares) / double(kAll));
+    if (against != nullptr && double(squares) / double(kAll) > kWrong) ++*against;
+    ++seen;
+  }
+  return seen > 0 ? sum / seen : 0;
+}
+
+std::optional<CellFit> CellProof::refine(int u0, int v0, double inverse_m, std::uint32_t views) {
+  CellFit out{inverse_m, 0, views, 0};
+  const auto noise = static_cast<float>(2 * set_.noise_grey * set_.noise_grey);
+  constexpr std::size_t kAll = kWindow * kWindow;
+  double step_px = 0;
+  double gradients = 0;
+  double longest_px = 0;
+  double position = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    double numerator = 0;
+    gradients = longest_px = 0;
+    for (std::size_t k = 0; k < set_.views.size(); ++k) {
+      if ((views >> k & 1U) == 0) continue;
+      if (!shift(u0, v0, out.inverse_m, set_.views[k], moved_)) {
+        if (round > 0) return std::nullopt;
+        out.views &= ~(1U << k);
+        continue;
+      }
+      if ((out.views >> k & 1U) == 0) continue;
+      const auto mx = static_cast<float>(moved_.motion.x());
+      const auto my = static_cast<float>(moved_.motion.y());
+      float mean = 0;
+      for (std::size_t i = 0; i < kAll; ++i) mean += here_[i] - moved_.grey[i];
+      mean /= float(kAll);
+      float gg = 0;
+      float gr = 0;
+      for (std::size_t i = 0; i < kAll; ++i) {
+        const float r = here_[i] - moved_.grey[i] - mean;
+        const float g = gx_[i] * mx + gy_[i] * my;
+        // What is hidden, or another surface, loses its weight.
+        const float slack = 9 * noise + gx_[i] * gx_[i] + gy_[i] * gy_[i];
+        const float w = slack / (slack + r * r);
+        gg += w * g * g;
+        gr += w * g * r;
+      }
+      numerator += double(gr);
+      gradients += double(gg);
+      const double length = moved_.motion.norm();
+      longest_px = std::max(longest_px, length);
+      position = std::max(position, set_.views[k].sigma_m / set_.views[k].displacement_m.norm());
+    }
+    if (!(gradients > 0) || !(longest_px > 0)) return std::nullopt;
+    const double change = numerator / gradients;
+    step_px = std::abs(change) * longest_px;
+    if (step_px > 2) return std::nullopt;
+    out.inverse_m += change;
+    if (step_px < kConverged_px / 2) break;
+  }
+  if (step_px > kConverged_px || std::abs(out.inverse_m - inverse_m) * longest_px > 3)
+    return std::nullopt;
+  out.count = __builtin_popcount(out.views);
+  const double random = std::sqrt(kCorrelated * noise / gradients);
+  const double bias = kBias_px / longest_px;
+  const double placed = position * out.inverse_m;
+  out.sigma = std::sqrt(random * random + bias * bias + placed * placed);
+  return out;
+}
+
+void CellProof::look(int u0, int v0, const CellFit& fit,
+                     std::array<Borne, kCellEdge * kCellEdge>& out) {
+  out.fill(Borne::kNot);
+  if (!take_window(u0, v0)) return;
+  constexpr std::size_t kAll = kWindow * kWindow;
+  const auto noise = static_cast<float>(2 * set_.noise_grey * set_.noise_grey);
+  std::array<float, kAll> square{};
+  std::array<float, kAll> worst{}, gradient{};
+  for (std::size_t k = 0; k < set_.views.size(); ++k) {
+    if ((fit.views >> k & 1U) == 0) continue;
+    if (!shift(u0, v0, fit.inverse_m, set_.views[k], moved_)) return;
+    // The usual difference of brightness: the median of rough steps.
+    std::array<float, kAll> difference;
+    for (std::size_t i = 0; i < kAll; ++i) difference[i] = here_[i] - moved_.grey[i];
+    std::array<float, kAll> sorted = difference;
+    std::nth_element(sorted.begin(), sorted.begin() + kAll / 2, sorted.end());
+    const float usual = sorted[kAll / 2];
+    const Eigen::Vector2d along = moved_.motion.normalized();
+    const auto mx = static_cast<float>(along.x()), my = static_cast<float>(along.y());
+    for (std::size_t i = 0; i < kAll; ++i) {
+      const float d = difference[i] - usual;
+      const float g = gx_[i] * mx + gy_[i] * my;
+      square[i] = d * d / (noise + kSlip_px * kSlip_px * g * g);
+      gradient[i] = std::max(gradient[i], g * g);
+    }
+    for (int y = kMargin; y < kMargin + kCellEdge; ++y)
+      for (int x = kMargin; x < kMargin + kCellEdge; ++x) {
+        float sum = 0;
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) sum += square[std::size_t((y + dy) * kWindow + x + dx)];
+        float& most = worst[std::size_t(y * kWindow + x)];
+        most = std::max(most, sum / 9);
+      }
+  }
+  for (int y = 0; y < kCellEdge; ++y)
+    for (int x = 0; x < kCellEdge; ++x) {
+      const auto i = std::size_t((y + kMargin) * kWindow + x + kMargin);
+      Borne& borne = out[std::size_t(y * kCellEdge + x)];
+      if (worst[i] > kAlmost) continue;
+      borne = Borne::kLikely;
+      if (worst[i] > kBorneOut) continue;
+      float sum = 0;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) sum += gradient[std::size_t(int(i) + dy * kWindow + dx)];
+      // A central difference has half the variance of one pixel's noise.
+      borne = sum > kTextured * 9 * noise / 4 ? Borne::kTextured : Borne::kPlain;
+    }
+}
+
+}  // namespace crane
