@@ -63,7 +63,7 @@ class MapperInputs {
   dds::Reader<dds::HoistStateTopic> hoist_;
   std::optional<Serving> serving_;
   StreamGate cloud_gate_;
-  std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
+  std::array<StreamGate, 3> position_gates_;  ///< as Axis counts
   std::chrono::steady_clock::time_point position_heard_{};
   std::uint64_t clouds_received_ = 0, stream_ = 0;
   DropCounts counts_;

@@ -42,7 +42,7 @@ class Service {
   Service(ServiceContext& context, const Options& options, const StereoRig& rig)
       : context_(context),
         options_(options),
-        pipeline_(context.config.mapper, rig, context.config.hoist) {}
+        pipeline_(context.config.mapper, rig, context.config.hoist, context.config.watchdog) {}
 
   Result<void> run() {
     // Before anything else: what is published from now on is not to be missed.
@@ -317,6 +317,10 @@ class Service {
                 {"map_frames_integrated", double(account.integrated)},
                 {"map_frames_missing", double(account.missing)},
                 {"map_last_exposure_seconds", double(account.last_frame_time) * 1e-9}};
+    s.values["watch_state"] = double(static_cast<int>(pipeline_.watchdog().state()));
+    s.figures.clear();
+    for (const WatchFigure& f : figures_of(pipeline_.watchdog()))
+      s.figures.push_back({f.name, f.figure.value, f.figure.sigma});
     s.published = publisher.published_tiles();
     for (const DropCounts& counts :
          {counts_, pipeline_.report().counts, publisher.counts(), inputs.counts()})

@@ -86,6 +86,8 @@ constexpr Row kTable[] = {
     {Cause::kPointsOutsideHeights, "points outside z_min..z_max"},
     {Cause::kMapMemory, "blocks beyond max_memory_mib"},
     {Cause::kMapFull, "frame not used: the map has reached max_memory_mib"},
+    {Cause::kWatchdogWrong, "frame not used: calibration or positions are wrong"},
+    {Cause::kImageContradicts, "frame not used: its image lies elsewhere than its position"},
     {Cause::kPaperPoints, "paper: point limit reached"},
     {Cause::kHoistFailed, "hoist_state says failed"},
     {Cause::kLoadTooLarge, "hoist_state: load larger than hoist.largest_load_m"},

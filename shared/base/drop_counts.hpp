@@ -90,6 +90,8 @@ enum class Cause : std::uint32_t {
   kMapMemory = 95,
   kPaperPoints = 96,
   kMapFull = 97,
+  kWatchdogWrong = 98,
+  kImageContradicts = 99,
   // Hook and load.
   kHoistFailed = 100,
   kLoadTooLarge = 101,

@@ -85,6 +85,14 @@ std::string to_metrics(const v1::ServiceStatus& s, const std::map<std::string, d
   for (const v1::StageTime& stage : s.stages())
     t.value("cranemap_stage_runs_total", double(stage.count()),
             "stage=\"" + label(stage.stage().c_str()) + "\"");
+  for (const v1::StatusFigure& f : s.figures()) {
+    const std::string full = std::string("cranemap_") + f.name().c_str();
+    t.family(full.c_str(), "gauge", "Measured by the watchdog; see shared/watchdog/README.md.");
+    t.value(full, f.value());
+    const std::string sigma = full + "_sigma";
+    t.family(sigma.c_str(), "gauge", "Its standard deviation.");
+    t.value(sigma, f.sigma());
+  }
   for (const auto& [name, v] : values) {
     const std::string full = "cranemap_" + name;
     t.family(full.c_str(), "gauge", "See services/README.md.");

@@ -52,6 +52,11 @@ class StatusReporter {
   bool finished = false;
   std::uint32_t status = 0;  ///< v1::STATUS_*
   std::string message;
+  struct Measured {
+    std::string name;
+    double value, sigma;
+  };
+  std::vector<Measured> figures;         ///< what the service measures, with standard deviations
   std::map<std::string, double> values;  ///< gauges for /metrics
 
   /// Speaks from now on for another of v1::SERVICE_*.
