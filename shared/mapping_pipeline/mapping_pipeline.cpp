@@ -204,14 +204,15 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
   }
 
   // 3. Watched: do floor, rows and the way in the images agree with calibration and positions?
-  const bool agrees = agrees_with_calibration(cloud, place);
-  lap("watch");
-  if (!agrees) {
-    report.refused =
-        watchdog_.state() == WatchState::kWrong ? Cause::kWatchdogWrong : Cause::kImageContradicts;
-    hoist_.prove_nothing();
-    return report;
-  }
+  const auto disagrees = [&]() -> std::optional<Cause> {
+    const std::optional<Cause> cause = disagrees_with_calibration(cloud, place);
+    lap("watch");
+    if (cause) hoist_.prove_nothing();
+    return cause;
+  };
+  const bool confirmed = place.known == PositionTrack::Lookup::kFound;
+  if (confirmed)
+    if (report.refused = disagrees(); report.refused) return report;
 
   // 4. Checked: does it see here what was seen here before?
   const PositionTrust::Finding found = positions_.check(cloud.frame, cloud.exposure_time, place);
@@ -222,6 +223,9 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
     hoist_.prove_nothing();
     return report;
   }
+  // Positions that nothing had confirmed are not what a calibration is judged by.
+  if (!confirmed)
+    if (report.refused = disagrees(); report.refused) return report;
   gantry_.trust(cloud.exposure_time);
   hoist_.prove(gantry_, *map_);
 
@@ -242,12 +246,13 @@ Eigen::Isometry3d MappingPipeline::T_map_rectified(const CloudSample& cloud,
          T_left_rectified;
 }
 
-/// Readings that nothing confirms yet are not what a calibration is judged by.
-bool MappingPipeline::agrees_with_calibration(const CloudSample& cloud,
-                                              const Gantry::Place& place) {
-  if (!watched_ || place.known != PositionTrack::Lookup::kFound) return true;
-  return watchdog_.look(cloud.frame, {cloud.exposure_time, place.map_m,
-                                      speed_mps(cloud.exposure_time, place.map_m), cloud.rows});
+std::optional<Cause> MappingPipeline::disagrees_with_calibration(const CloudSample& cloud,
+                                                                 const Gantry::Place& place) {
+  if (!watched_ ||
+      watchdog_.look(cloud.frame, {cloud.exposure_time, place.map_m,
+                                   speed_mps(cloud.exposure_time, place.map_m), cloud.rows}))
+    return std::nullopt;
+  return watchdog_.state() == WatchState::kWrong ? Cause::kWatchdogWrong : Cause::kImageContradicts;
 }
 
 /// By the rangefinders, just before the exposure.

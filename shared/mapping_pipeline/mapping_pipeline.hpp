@@ -128,7 +128,8 @@ class MappingPipeline {
   FrameReport map_frame(CloudSample& cloud, const Gantry::Place& place, TimeNs now);
   [[nodiscard]] Eigen::Isometry3d T_map_rectified(const CloudSample& cloud,
                                                   const Gantry::Place& place) const;
-  bool agrees_with_calibration(const CloudSample& cloud, const Gantry::Place& place);
+  std::optional<Cause> disagrees_with_calibration(const CloudSample& cloud,
+                                                  const Gantry::Place& place);
   [[nodiscard]] Eigen::Vector2d speed_mps(TimeNs exposure, const Eigen::Vector2d& place_m) const;
   void cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m);
   std::optional<Cause> integrate(const CloudSample& cloud, FrameReport& report);
