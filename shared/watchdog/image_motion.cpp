@@ -10,7 +10,7 @@ namespace crane {
 namespace {
 
 constexpr int kLeastPatches = 20;
-constexpr double kLeastSupport = 0.5;
+constexpr double kLeastSupport = 0.4;
 constexpr double kReach = 0.15;        ///< as a share of the camera's height
 constexpr double kLeastOverlap = 0.2;  ///< to be compared at all
 /// Of frames that fit nowhere so many are looked for far around, then every so many: it is dear.
