@@ -5,8 +5,10 @@
 #include <thread>
 
 #include "base/log.hpp"
+#include "bounds.h"
 #include "commands.hpp"
 #include "crane/client/map.hpp"
+#include "dds/endpoints.hpp"
 #include "output.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
@@ -31,16 +33,30 @@ double lower_bound_share(const client::Map& map) {
 }
 
 void print(const client::Status& s, double lower_bounds) {
-  std::printf("valid: %s\ncomplete: %s\nreason: \"%s\"\nmapper: %016" PRIx64 "\nmap_id: %016" PRIx64
-              "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64 "\nheight_digest: %016" PRIx64
-              "\ntiles: %u\nzones_revision: %" PRIu64 "\nlast_frame_time_ns: %" PRId64
-              "\nframes_integrated: %" PRIu64 "\nframes_rejected: %" PRIu64
-              "\nframes_missing: %" PRIu64 "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64
-              "\nlower_bounds: %.4f\n",
-              s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(), s.mapper,
-              s.map_id, s.revision, s.voxel_digest, s.height_digest, s.tiles, s.zones_revision,
-              s.last_frame_time_ns, s.frames_integrated, s.frames_rejected, s.frames_missing,
-              s.samples_refused, s.resyncs, lower_bounds);
+  std::printf("valid: %s\ncomplete: %s\nreason: \"%s\"\nreason_code: %u\nmapper: %016" PRIx64
+              "\nmap_id: %016" PRIx64 "\nrevision: %" PRIu64 "\nvoxel_digest: %016" PRIx64
+              "\nheight_digest: %016" PRIx64 "\ntiles: %u\nzones_revision: %" PRIu64
+              "\nlast_frame_time_ns: %" PRId64 "\nframes_integrated: %" PRIu64
+              "\nframes_rejected: %" PRIu64 "\nframes_missing: %" PRIu64
+              "\nsamples_refused: %" PRIu64 "\nresyncs: %" PRIu64 "\nlower_bounds: %.4f\n",
+              s.valid ? "true" : "false", s.complete ? "true" : "false", s.reason.c_str(),
+              s.reason_code, s.mapper, s.map_id, s.revision, s.voxel_digest, s.height_digest,
+              s.tiles, s.zones_revision, s.last_frame_time_ns, s.frames_integrated,
+              s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs, lower_bounds);
+}
+
+/// What the mapper's watchdog measures, with standard deviations; as YAML.
+void print_figures(dds::Reader<dds::ServiceStatusTopic>& statuses) {
+  v1::ServiceStatus mapper;
+  for (const Stopwatch watch; mapper.pid() == 0 && watch.ms() < 1500 && !stop_requested();) {
+    while (const auto sample = statuses.take())
+      if ((*sample)->service() == v1::SERVICE_MAPPER) mapper = **sample;
+    if (mapper.pid() == 0) std::this_thread::sleep_for(20ms);
+  }
+  if (mapper.pid() == 0) return;
+  std::printf("figures:\n");
+  for (const v1::StatusFigure& f : mapper.figures())
+    std::printf("  %s: {value: %.6g, sigma: %.2g}\n", f.name().c_str(), f.value(), f.sigma());
 }
 
 /// A line with its time for each change of the mapper that serves or of the map's validity.
@@ -72,6 +88,16 @@ int status(const Options& options) {
     log_error(site.error().text());
     return exit_code(site.error());
   }
+  auto participant = dds::Participant::create(to_settings(*site, "dashboard"), "cranemap-status");
+  if (!participant) {
+    log_error(participant.error().text());
+    return exit_code(participant.error());
+  }
+  auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, nullptr);
+  if (!statuses) {
+    log_error(statuses.error().text());
+    return kExitResource;
+  }
   std::string why;
   const auto map = client::Map::join(client_options(*site, "dashboard"), why);
   if (!map) {
@@ -89,6 +115,7 @@ int status(const Options& options) {
     s = map->status();
   }
   print(s, lower_bound_share(*map));
+  print_figures(*statuses);
   return good() ? kExitOk : kExitResource;
 }
 
@@ -99,6 +126,8 @@ Command add_status_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "status",
       "Joins, waits for a valid and complete map, prints its status as YAML; for scripts.\n"
+      "Under figures: what the watchdog measures of calibration and positions, with standard "
+      "deviations.\n"
       "Exit code 0: valid and complete; 3: not within --wait.");
   add_site_options(*command, options->site);
   command->add_option("--wait", options->wait_s, "Seconds to wait at most")

@@ -41,6 +41,10 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
     return {v1::STATUS_FAILED, v1::MAP_NOTHING_YET, "no cloud could be placed yet"};
   if (being_made)
     return degraded(v1::MAP_BEING_MADE, "paper: the map is made anew when no cloud waits");
+  if (r.watch == WatchState::kWrong)
+    return degraded(
+        is_of_positions(r.misfit.suspect) ? v1::MAP_POSITIONS_WRONG : v1::MAP_CALIBRATION_WRONG,
+        text_of(r.misfit) + "; then map anew: no frame is used");
   if (r.trust == Trust::kCartReversed || r.trust == Trust::kTrolleyReversed) {
     const std::string axis = r.trust == Trust::kCartReversed ? "cart" : "trolley";
     return degraded(v1::MAP_CONTRADICTED, "frames move as if the " + axis +
@@ -68,6 +72,7 @@ MapPublisher::Health judge_validity(const PipelineReport& r, bool being_made, Ti
   if (r.hoist == HoistKnown::kLost)
     return degraded(v1::MAP_HOIST_LOST,
                     "no hoist_state: what hangs below the trolley is not known");
+  if (r.watch == WatchState::kDrifting) return {v1::STATUS_OK, v1::MAP_DRIFTING, text_of(r.misfit)};
   return {};
 }
 

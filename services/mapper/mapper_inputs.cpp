@@ -27,6 +27,8 @@ CloudSample copy(const v1::PartialCloud& c) {
   for (int i = 0; i < 9; ++i)
     out.R_camera_rectified(i / 3, i % 3) = c.rotation()[static_cast<std::size_t>(i)];
   out.calibration = c.calibration();
+  out.rows = {c.row_patches(),        c.row_offset_px(), c.row_offset_sigma_px(), c.row_roll_rad(),
+              c.row_roll_sigma_rad(), c.row_slope(),     c.row_slope_sigma()};
   out.frame.f_px = c.f_px();
   out.frame.cx_px = c.cx_px();
   out.frame.cy_px = c.cy_px();
@@ -69,10 +71,12 @@ void MapperInputs::take_motion(MappingPipeline& pipeline) {
 void MapperInputs::take_positions(MappingPipeline& pipeline) {
   while (const auto sample = positions_.take()) {
     const v1::RangefinderPosition& p = **sample;
-    const Axis axis = p.axis() == v1::AXIS_CART ? Axis::kCart : Axis::kTrolley;
+    const Axis axis = p.axis() == v1::AXIS_CART      ? Axis::kCart
+                      : p.axis() == v1::AXIS_TROLLEY ? Axis::kTrolley
+                                                     : Axis::kCartSecond;
     position_heard_ = std::chrono::steady_clock::now();
-    if (!position_gates_[axis == Axis::kCart ? 0 : 1].pass(p.stream()))
-      counts_.add(axis == Axis::kCart ? Cause::kCartSecondSource : Cause::kTrolleySecondSource);
+    if (!position_gates_[static_cast<std::size_t>(axis)].pass(p.stream()))
+      counts_.add(axis == Axis::kTrolley ? Cause::kTrolleySecondSource : Cause::kCartSecondSource);
     else if (p.device_status() == v1::STATUS_OK)
       pipeline.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
     else

@@ -63,7 +63,7 @@ class MapperInputs {
   dds::Reader<dds::HoistStateTopic> hoist_;
   std::optional<Serving> serving_;
   StreamGate cloud_gate_;
-  std::array<StreamGate, 2> position_gates_;  ///< cart, trolley
+  std::array<StreamGate, 3> position_gates_;  ///< as Axis counts
   /// One controller tells where the hook is: what a second one says would prove space free. Silent
   /// for this long it is lost anyway, and another may be it.
   SourceGate<dds::ParticipantId> hoist_gate_{std::chrono::milliseconds(500)};

@@ -45,7 +45,7 @@ class Service {
   Service(ServiceContext& context, const Options& options, const StereoRig& rig)
       : context_(context),
         options_(options),
-        pipeline_(context.config.mapper, rig, context.config.hoist) {}
+        pipeline_(context.config.mapper, rig, context.config.hoist, context.config.watchdog) {}
 
   Result<void> run() {
     // Before anything else: what is published from now on is not to be missed.
@@ -325,6 +325,10 @@ class Service {
         map_gauges({publisher.revision(), pipeline_.map().tile_count(),
                     pipeline_.map().memory_bytes(), said_validity_ == v1::STATUS_OK, said_code_},
                    pipeline_.account());
+    s.values["watch_state"] = double(static_cast<int>(pipeline_.watchdog().state()));
+    s.figures.clear();
+    for (const WatchFigure& f : figures_of(pipeline_.watchdog()))
+      s.figures.push_back({f.name, f.figure.value, f.figure.sigma});
     s.published = publisher.published_tiles();
     for (const DropCounts& counts :
          {counts_, pipeline_.report().counts, publisher.counts(), inputs.counts()})

@@ -40,6 +40,8 @@ class Player {
       readings_.push_back({d.time, d.distance_m, v1::AXIS_CART});
     for (const RecordedDistance& d : recording_.trolley())
       readings_.push_back({d.time, d.distance_m, v1::AXIS_TROLLEY});
+    for (const RecordedDistance& d : recording_.cart_second())
+      readings_.push_back({d.time, d.distance_m, v1::AXIS_CART_SECOND});
     for (const HoistReading& h : recording_.hoist()) readings_.push_back({h.time, 0, 0, &h});
     std::stable_sort(readings_.begin(), readings_.end(),
                      [](const Reading& a, const Reading& b) { return a.time < b.time; });
@@ -132,12 +134,12 @@ class Player {
       status().dropped.add(Cause::kDeviceGaveNoDistance);
     }
     v1::RangefinderPosition sample;
-    const bool cart = r.axis == v1::AXIS_CART;
+    const bool cart = r.axis != v1::AXIS_TROLLEY;
     const RangefinderModel& model = cart ? recording_.cart_model() : recording_.trolley_model();
     sample.crane(context_.participant->settings().crane);
     sample.axis(r.axis);
     sample.stream(options_.stream);
-    sample.sequence_number(sequence_[cart ? 0 : 1]++);
+    sample.sequence_number(sequence_[r.axis - v1::AXIS_CART]++);
     sample.time_ns(time + stamp_offset_);
     sample.distance_m(std::isfinite(r.distance_m) ? r.distance_m : 0);
     sample.accuracy_m(model.accuracy_m);
@@ -183,7 +185,7 @@ class Player {
   dds::Writer<dds::RangefinderPositionTopic> writer_;
   std::optional<dds::Writer<dds::HoistStateTopic>> hoist_writer_;  ///< where it was recorded
   std::vector<Reading> readings_;
-  std::uint64_t sequence_[2] = {0, 0}, hoist_sequence_ = 0;
+  std::uint64_t sequence_[3] = {0, 0, 0}, hoist_sequence_ = 0;
 };
 
 }  // namespace

@@ -134,11 +134,12 @@ class Mirror {
       const v1::RangefinderPosition& p = **sample;
       ++context_.status.received;
       if (p.device_status() != v1::STATUS_OK) continue;
-      const bool cart = p.axis() == v1::AXIS_CART;
+      const Axis axis = p.axis() == v1::AXIS_CART      ? Axis::kCart
+                        : p.axis() == v1::AXIS_TROLLEY ? Axis::kTrolley
+                                                       : Axis::kCartSecond;
       // What cannot be true is counted by the mapper.
-      (void)gantry_.add(cart ? Axis::kCart : Axis::kTrolley, p.stream(), p.time_ns(),
-                        p.distance_m());
-      newest_[cart ? 0 : 1] = p.time_ns();
+      (void)gantry_.add(axis, p.stream(), p.time_ns(), p.distance_m());
+      if (axis != Axis::kCartSecond) newest_[axis == Axis::kCart ? 0 : 1] = p.time_ns();
     }
     const TimeNs time = std::min(newest_[0], newest_[1]);
     if (time == sent_until_) return {};
@@ -146,6 +147,7 @@ class Mirror {
     if (place.known != PositionTrack::Lookup::kFound) return {};
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().head<2>() = place.map_m;
+    T.linear() = Eigen::AngleAxisd(place.skew_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     sent_until_ = time;
     tf2_msgs::msg::dds_::TFMessage_ m;
     m.transforms().push_back(ros2::transform(frames_.map, frames_.gantry, time, T));

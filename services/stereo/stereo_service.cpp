@@ -120,7 +120,7 @@ class Service {
       return refuse(Cause::kFrameUnmatched, report.error().text());
     }
     note(*report);
-    fill(header, report->matched, *cloud);
+    fill(header, *report, *cloud);
     status().stages.add("rectify", *rectified);
     status().stages.add("match", report->match_ms);
     status().stages.add("depth", report->depth_ms);
@@ -204,7 +204,7 @@ class Service {
             frame.source_time_ns()};
   }
 
-  void fill(const Header& header, std::uint32_t matched, v1::PartialCloud& cloud) {
+  void fill(const Header& header, const StereoReport& report, v1::PartialCloud& cloud) {
     const RectifiedCamera& camera = stage_.camera();
     cloud.crane(header.crane);
     cloud.has_colour(1);  // of a grey camera its grey: the mapper knows places by their look
@@ -224,7 +224,14 @@ class Service {
         cloud.rotation()[static_cast<std::size_t>(3 * r + c)] = camera.R_camera_rectified(r, c);
     cloud.width(camera.width);
     cloud.height(camera.height);
-    cloud.matched_pixels(matched);
+    cloud.matched_pixels(report.matched);
+    cloud.row_patches(report.rows.patches);
+    cloud.row_offset_px(report.rows.offset_px);
+    cloud.row_offset_sigma_px(report.rows.offset_sigma_px);
+    cloud.row_roll_rad(report.rows.roll_rad);
+    cloud.row_roll_sigma_rad(report.rows.roll_sigma_rad);
+    cloud.row_slope(report.rows.slope);
+    cloud.row_slope_sigma(report.rows.slope_sigma);
     cloud.camera_dropped(static_cast<std::uint32_t>(missing_));
   }
 

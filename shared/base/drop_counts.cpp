@@ -91,6 +91,8 @@ constexpr Row kTable[] = {
     {Cause::kMapMemory, "blocks beyond max_memory_mib"},
     {Cause::kMapFull, "frame not used: the map has reached max_memory_mib"},
     {Cause::kEarlierFrameMisplaced, "earlier frame not compared: does not lie as positions say"},
+    {Cause::kWatchdogWrong, "frame not used: calibration or positions are wrong"},
+    {Cause::kImageContradicts, "frame not used: its image lies elsewhere than its position"},
     {Cause::kPaperPoints, "paper: point limit reached"},
     {Cause::kHoistFailed, "hoist_state says failed"},
     {Cause::kLoadTooLarge, "hoist_state: load larger than hoist.largest_load_m"},

@@ -95,7 +95,9 @@ enum class Cause : std::uint32_t {
   kMapMemory = 95,
   kPaperPoints = 96,
   kMapFull = 97,
-  kEarlierFrameMisplaced = 98,
+  kEarlierFrameMisplaced = 79,
+  kWatchdogWrong = 98,
+  kImageContradicts = 99,
   // Hook and load.
   kHoistFailed = 100,
   kLoadTooLarge = 101,

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 
 #include <charconv>
+#include <cmath>
 #include <sstream>
 
 #include "config/yaml_reader.hpp"
@@ -163,6 +164,15 @@ void read_mapper(YamlReader y, MapperConfig& c) {
   if (c.trolley_direction == 0) y.problem("trolley_direction", "must be 1 or -1");
   y.number("cart_offset_m", c.cart_offset_m, -10'000, 10'000);
   y.number("trolley_offset_m", c.trolley_offset_m, -10'000, 10'000);
+  y.number("rail_y_m", c.rail_y_m, -10'000, 10'000);
+  y.number("rail_span_m", c.rail_span_m, -200, 200);
+  y.integer("cart_second_direction", c.cart_second_direction, -1, 1);
+  if (c.cart_second_direction == 0) y.problem("cart_second_direction", "must be 1 or -1");
+  y.integer("cart_second_latency_ms", c.cart_second_latency_ms, -1000, 1000);
+  y.number("cart_second_offset_m", c.cart_second_offset_m, -10'000, 10'000);
+  y.number("largest_skew_deg", c.largest_skew_deg, 0.05, 20);
+  if (c.rail_span_m != 0 && std::abs(c.rail_span_m) < 0.5)
+    y.problem("rail_span_m", "must be 0 (one rangefinder), or at least 0.5 to either side");
   y.number("publish_hz", c.publish_hz, 0.1, 20);
   y.number("octree_hz", c.octree_hz, 0.01, 5);
   y.integer("stale_ms", c.stale_ms, 100, 600'000);
@@ -189,6 +199,40 @@ void read_hoist(YamlReader y, HoistConfig& c) {
   y.number("largest_load_m", c.largest_load_m, 0, 50);
   y.number("accuracy_m", c.accuracy_m, 0, 2);
   y.integer("max_gap_ms", c.max_gap_ms, 50, 10'000);
+}
+
+struct WatchdogKey {
+  const char* name;
+  double WatchdogConfig::*value;
+  double least, most;
+};
+/// Each pair in the order drifting, wrong.
+constexpr WatchdogKey kWatchdogKeys[] = {
+    {"height_drifting_percent", &WatchdogConfig::height_drifting_percent, 0.05, 100},
+    {"height_wrong_percent", &WatchdogConfig::height_wrong_percent, 0.05, 100},
+    {"tilt_drifting_deg", &WatchdogConfig::tilt_drifting_deg, 0.01, 90},
+    {"tilt_wrong_deg", &WatchdogConfig::tilt_wrong_deg, 0.01, 90},
+    {"roll_drifting_deg", &WatchdogConfig::roll_drifting_deg, 0.005, 90},
+    {"roll_wrong_deg", &WatchdogConfig::roll_wrong_deg, 0.005, 90},
+    {"rows_drifting_px", &WatchdogConfig::rows_drifting_px, 0.05, 100},
+    {"rows_wrong_px", &WatchdogConfig::rows_wrong_px, 0.05, 100},
+    {"scale_drifting_percent", &WatchdogConfig::scale_drifting_percent, 0.05, 100},
+    {"scale_wrong_percent", &WatchdogConfig::scale_wrong_percent, 0.05, 100},
+    {"turn_drifting_deg", &WatchdogConfig::turn_drifting_deg, 0.01, 90},
+    {"turn_wrong_deg", &WatchdogConfig::turn_wrong_deg, 0.01, 90},
+    {"delay_drifting_ms", &WatchdogConfig::delay_drifting_ms, 1, 1000},
+    {"delay_wrong_ms", &WatchdogConfig::delay_wrong_ms, 1, 1000},
+};
+
+void read_watchdog(YamlReader y, WatchdogConfig& c) {
+  y.flag("enabled", c.enabled);
+  for (std::size_t i = 0; i < std::size(kWatchdogKeys); ++i) {
+    const WatchdogKey& key = kWatchdogKeys[i];
+    y.number(key.name, c.*key.value, key.least, key.most);
+    if (i % 2 == 1 && c.*key.value < c.*kWatchdogKeys[i - 1].value)
+      y.problem(key.name, std::string("must not be less than ") + kWatchdogKeys[i - 1].name);
+  }
+  y.number("jump_m", c.jump_m, 0.005, 10);
 }
 
 std::string outline_flaw(const ZoneConfig& z) {
@@ -241,6 +285,7 @@ Result<SiteConfig> read(Result<YamlReader> file) {
   read_mapper(file->section("mapper"), config.mapper);
   read_hoist(file->section("hoist"), config.hoist);
   config.rangefinders = read_rangefinders(*file);
+  read_watchdog(file->section("watchdog"), config.watchdog);
   config.zones = read_zones(*file);
   if (auto done = file->finish(); !done) return done.error();
   return config;
@@ -328,6 +373,12 @@ std::string to_yaml(const SiteConfig& c) {
     << "  trolley_direction: " << c.mapper.trolley_direction << "\n"
     << "  cart_offset_m: " << yaml_exact(c.mapper.cart_offset_m) << "\n"
     << "  trolley_offset_m: " << yaml_exact(c.mapper.trolley_offset_m) << "\n"
+    << "  rail_y_m: " << yaml_exact(c.mapper.rail_y_m) << "\n"
+    << "  rail_span_m: " << yaml_exact(c.mapper.rail_span_m) << "\n"
+    << "  cart_second_direction: " << c.mapper.cart_second_direction << "\n"
+    << "  cart_second_latency_ms: " << c.mapper.cart_second_latency_ms << "\n"
+    << "  cart_second_offset_m: " << yaml_exact(c.mapper.cart_second_offset_m) << "\n"
+    << "  largest_skew_deg: " << yaml_exact(c.mapper.largest_skew_deg) << "\n"
     << "  publish_hz: " << yaml_exact(c.mapper.publish_hz) << "\n"
     << "  octree_hz: " << yaml_exact(c.mapper.octree_hz) << "\n"
     << "  stale_ms: " << c.mapper.stale_ms << "\n"
@@ -352,6 +403,10 @@ std::string to_yaml(const SiteConfig& c) {
     << "  accuracy_m: " << yaml_exact(c.hoist.accuracy_m) << "\n"
     << "  max_gap_ms: " << c.hoist.max_gap_ms << "\n";
   s << to_yaml(c.rangefinders);
+  s << "watchdog:\n  enabled: " << (c.watchdog.enabled ? "true" : "false") << "\n";
+  for (const WatchdogKey& key : kWatchdogKeys)
+    s << "  " << key.name << ": " << yaml_exact(c.watchdog.*key.value) << "\n";
+  s << "  jump_m: " << yaml_exact(c.watchdog.jump_m) << "\n";
   if (!c.zones.empty()) s << "zones:\n";
   for (const ZoneConfig& z : c.zones) {
     s << "  - {id: " << z.id << ", name: " << yaml_quoted(z.name)

@@ -92,11 +92,17 @@ struct MapperConfig {
   /// Map coordinate = offset + direction * reading: -1 where the device stands at the far end.
   int cart_direction = 1, trolley_direction = 1;
   double cart_offset_m = 0, trolley_offset_m = 0;
-  double publish_hz = 20;     ///< changed tiles
-  double octree_hz = 1;       ///< whole octree, when changed
-  int stale_ms = 2000;        ///< no cloud for longer: the map says so
-  double forget_s = 3600;     ///< what is not seen again for so long is unknown; 0 = never
-  int max_memory_mib = 4096;  ///< of the map
+  /// Two rangefinders of the cart, one a rail, tell how skew the bridge is: the first at map y
+  /// rail_y_m, the second rail_span_m further (may be negative); 0 = there is one.
+  double rail_y_m = 0, rail_span_m = 0;
+  int cart_second_direction = 1, cart_second_latency_ms = 0;
+  double cart_second_offset_m = 0;
+  double largest_skew_deg = 2;  ///< by more no bridge turns: then one of both is wrong
+  double publish_hz = 20;       ///< changed tiles
+  double octree_hz = 1;         ///< whole octree, when changed
+  int stale_ms = 2000;          ///< no cloud for longer: the map says so
+  double forget_s = 3600;       ///< what is not seen again for so long is unknown; 0 = never
+  int max_memory_mib = 4096;    ///< of the map
   // method: paper
   int outlier_neighbours = 50;  ///< 50 or 60 in the paper
   double outlier_std = 1.0;     ///< 1.0 or 0.8
@@ -116,6 +122,21 @@ struct HoistConfig {
   double largest_load_m = 3;  ///< side of the largest load: cut out while nothing is known
   double accuracy_m = 0.05;   ///< of heights and sizes: so much less is proven free
   int max_gap_ms = 300;       ///< no hoist_state for longer: lost
+};
+
+/// Does what the camera sees agree with calibration and positions? From the first figure on it is
+/// said (drifting); from the second on no frame is used and the map is not valid (wrong).
+struct WatchdogConfig {
+  bool enabled = true;
+  /// Height of the floor, and depths: percent of the camera's height, and of themselves.
+  double height_drifting_percent = 0.4, height_wrong_percent = 0.7;
+  double tilt_drifting_deg = 0.15, tilt_wrong_deg = 0.3;           ///< of the camera's mount
+  double roll_drifting_deg = 0.05, roll_wrong_deg = 0.1;           ///< of the right camera
+  double rows_drifting_px = 0.5, rows_wrong_px = 1;                ///< right image lower or higher
+  double scale_drifting_percent = 0.3, scale_wrong_percent = 0.6;  ///< of a rangefinder
+  double turn_drifting_deg = 0.075, turn_wrong_deg = 0.14;  ///< of the image against the rails
+  double delay_drifting_ms = 20, delay_wrong_ms = 35;       ///< rangefinder against camera
+  double jump_m = 0.03;  ///< a frame so far beside its positions is not used; three: wrong
 };
 
 /// A no-go or slow-down zone, fixed or switchable by topic zone_command.
@@ -140,6 +161,7 @@ struct SiteConfig {
   MapperConfig mapper;
   HoistConfig hoist;
   std::vector<RangefinderConfig> rangefinders;  ///< connected to this host; none: a recording plays
+  WatchdogConfig watchdog;
   std::vector<ZoneConfig> zones;  ///< at most 64
 };
 

@@ -75,7 +75,7 @@ const char* flaw(const v1::StereoFrame& s) {
 }
 
 const char* flaw(const v1::RangefinderPosition& s) {
-  if (s.axis() != v1::AXIS_CART && s.axis() != v1::AXIS_TROLLEY) return "unknown axis";
+  if (s.axis() < v1::AXIS_CART || s.axis() > v1::AXIS_CART_SECOND) return "unknown axis";
   if (!is_time(s.time_ns())) return "no measurement time";
   if (!finite({s.distance_m(), s.accuracy_m()})) return "distance or accuracy is not finite";
   if (!status_known(s.device_status())) return "unknown device status";
@@ -104,6 +104,11 @@ const char* flaw(const v1::PartialCloud& s) {
     return "camera model is not finite";
   if (s.f_px() <= 1 || s.baseline_m() <= 0 || s.sigma_disparity_px() <= 0)
     return "camera model is not positive";
+  if (!finite({s.row_offset_px(), s.row_offset_sigma_px(), s.row_roll_rad(), s.row_roll_sigma_rad(),
+               s.row_slope(), s.row_slope_sigma()}))
+    return "row error is not finite";
+  if (s.row_offset_sigma_px() < 0 || s.row_roll_sigma_rad() < 0 || s.row_slope_sigma() < 0)
+    return "a standard deviation is negative";
   for (double r : s.rotation())
     if (!(std::abs(r) <= 1.000001)) return "rotation is not a rotation";
   return nullptr;
@@ -130,7 +135,7 @@ const char* flaw(const v1::MapStatus& s) {
     if (time != 0 && !is_time(time)) return "time out of range";
   if (!(s.voxel_m() >= 1e-3 && s.voxel_m() <= 10)) return "voxel size out of range";
   if (!status_known(s.validity())) return "unknown validity";
-  if (s.reason_code() > v1::MAP_HOIST_OF_ANOTHER_TIME) return "unknown reason_code";
+  if (s.reason_code() > v1::MAP_DRIFTING) return "unknown reason_code";
   if (s.paper_method() > 1) return "paper_method is neither 0 nor 1";
   if (s.term() > 0x7FFFFFFFU) return "term out of range";
   if (s.hoist() > v1::HOIST_LOST) return "unknown state of the hoist";
@@ -192,12 +197,15 @@ const char* flaw(const v1::ServiceStatus& s) {
     return "unknown service";
   if (!status_known(s.status())) return "unknown status";
   if (s.finished() > 1) return "finished is neither 0 nor 1";
-  if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES)
+  if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES ||
+      s.figures().size() > v1::MAX_FIGURES)
     return "too many entries";
   if (!finite({s.cpu_seconds()})) return "cpu_seconds is not finite";
   for (const v1::StageTime& stage : s.stages())
     if (!finite({stage.p50_ms(), stage.p99_ms(), stage.max_ms()}))
       return "the time of a stage is not finite";
+  for (const v1::StatusFigure& f : s.figures())
+    if (!finite({f.value(), f.sigma()}) || f.sigma() < 0) return "a figure is not finite";
   return nullptr;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/clock.hpp"
 #include "cloud/point_cloud.hpp"
+#include "geometry/row_error.hpp"
 
 namespace crane {
 
@@ -18,6 +19,7 @@ struct CloudSample {
   std::uint64_t calibration = 0;  ///< digest of the calibration it was made with; 0 = not said
   DepthFrame frame;               ///< points into the vectors below once it is mapped
   Eigen::Matrix3d R_camera_rectified = Eigen::Matrix3d::Identity();
+  RowError rows;  ///< of the stereo pair
   std::vector<float> depth_m;
   std::vector<std::uint8_t> confidence, colour;
 };

@@ -1,6 +1,8 @@
 #include "mapping_pipeline/gantry.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace crane {
 namespace {
@@ -18,7 +20,7 @@ PositionLimits limits_of(const MapperConfig& c) {
 constexpr TimeNs kMs = 1'000'000;
 
 std::optional<Cause> cause_of(Axis axis, PositionTrack::Added added) {
-  const bool cart = axis == Axis::kCart;
+  const bool cart = axis != Axis::kTrolley;
   switch (added) {
     case PositionTrack::Added::kYes:
     case PositionTrack::Added::kOutOfOrder:  // sent again by a player: known already
@@ -58,7 +60,12 @@ Gantry::Gantry(const MapperConfig& c)
     : devices_{Device{PositionTrack(limits_of(c)), c.cart_latency_ms * kMs,
                       double(c.cart_direction), c.cart_offset_m, std::nullopt},
                Device{PositionTrack(limits_of(c)), c.trolley_latency_ms * kMs,
-                      double(c.trolley_direction), c.trolley_offset_m, std::nullopt}} {}
+                      double(c.trolley_direction), c.trolley_offset_m, std::nullopt},
+               Device{PositionTrack(limits_of(c)), c.cart_second_latency_ms * kMs,
+                      double(c.cart_second_direction), c.cart_second_offset_m, std::nullopt}},
+      rail_y_m_(c.rail_y_m),
+      rail_span_m_(c.rail_span_m),
+      largest_skew_rad_(c.largest_skew_deg * std::numbers::pi / 180) {}
 
 std::optional<Cause> Gantry::add(Axis axis, std::uint64_t stream, TimeNs time, double distance_m) {
   Device& device = of(axis);
@@ -72,13 +79,24 @@ std::optional<Cause> Gantry::add(Axis axis, std::uint64_t stream, TimeNs time, d
 Gantry::Place Gantry::at(TimeNs time) const {
   Place place;
   place.known = PositionTrack::Lookup::kFound;
-  for (std::size_t i = 0; i < devices_.size(); ++i) {
+  std::array<double, 3> at_m{};
+  for (std::size_t i = 0; i < used(); ++i) {
     const Device& device = devices_[i];
     double distance_m = 0;
     const PositionTrack::Lookup known = device.track.at(time, distance_m);
-    place.map_m[static_cast<Eigen::Index>(i)] = device.offset_m + device.direction * distance_m;
+    at_m[i] = device.offset_m + device.direction * distance_m;
     if (badness(known) > badness(place.known)) place.known = known;
   }
+  place.map_m = {at_m[0], at_m[1]};
+  if (rail_span_m_ == 0) return place;
+  // The bridge is a straight line from rail to rail; the trolley is somewhere on it.
+  const double per_m = (at_m[2] - at_m[0]) / rail_span_m_;
+  place.map_m.x() += per_m * (at_m[1] - rail_y_m_);
+  place.skew_rad = -std::atan(per_m);
+  if (std::abs(place.skew_rad) > largest_skew_rad_ &&
+      badness(place.known) < badness(PositionTrack::Lookup::kDoubtful) &&
+      place.known != PositionTrack::Lookup::kNotYet)
+    place.known = PositionTrack::Lookup::kDoubtful;
   return place;
 }
 

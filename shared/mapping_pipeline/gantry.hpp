@@ -12,10 +12,11 @@
 
 namespace crane {
 
-enum class Axis { kCart, kTrolley };
+enum class Axis { kCart, kTrolley, kCartSecond };
 
 /// Where cart and trolley are, by their rangefinders: each reading moved by the latency of its
-/// device, checked, and turned into a map coordinate by direction and offset. One thread.
+/// device, checked, and turned into a map coordinate by direction and offset. A second one of the
+/// cart, at the other rail, tells how skew the bridge is. One thread.
 class Gantry {
  public:
   explicit Gantry(const MapperConfig& config);
@@ -27,6 +28,8 @@ class Gantry {
   struct Place {
     PositionTrack::Lookup known = PositionTrack::Lookup::kNotYet;  ///< the worse of both axes
     Eigen::Vector2d map_m = Eigen::Vector2d::Zero();  ///< cart, trolley: kFound, kUnconfirmed
+    /// How skew the bridge is, about map z: where two rangefinders of the cart tell; else 0.
+    double skew_rad = 0;
   };
   [[nodiscard]] Place at(TimeNs time) const;
   /// A frame of that time is in the map: its positions were right.
@@ -48,7 +51,11 @@ class Gantry {
     return devices_[static_cast<std::size_t>(axis)];
   }
 
-  std::array<Device, 2> devices_;
+  [[nodiscard]] std::size_t used() const { return rail_span_m_ != 0 ? 3 : 2; }
+
+  std::array<Device, 3> devices_;  ///< as Axis counts
+  double rail_y_m_, rail_span_m_;
+  double largest_skew_rad_;
 };
 
 }  // namespace crane

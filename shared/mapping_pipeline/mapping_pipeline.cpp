@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <exception>
+#include <numbers>
 
 #include "geometry/calibration_digest.hpp"
 #include "map_codec/tile_adopt.hpp"
@@ -19,6 +20,20 @@ double choose_voxel(const MapperConfig& c, const StereoRig& rig) {
   if (c.voxel_m > 0) return c.voxel_m;
   return c.method == MapperConfig::Method::kPaper ? paper_voxel_m(rig.camera_height_m())
                                                   : kDefaultVoxel;
+}
+
+WatchdogLimits limits_of(const WatchdogConfig& c) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  WatchdogLimits l;
+  l.height_share = {c.height_drifting_percent / 100, c.height_wrong_percent / 100};
+  l.tilt_rad = {c.tilt_drifting_deg * kDegree, c.tilt_wrong_deg * kDegree};
+  l.row_offset_px = {c.rows_drifting_px, c.rows_wrong_px};
+  l.roll_rad = {c.roll_drifting_deg * kDegree, c.roll_wrong_deg * kDegree};
+  l.scale_share = {c.scale_drifting_percent / 100, c.scale_wrong_percent / 100};
+  l.turn_rad = {c.turn_drifting_deg * kDegree, c.turn_wrong_deg * kDegree};
+  l.delay_s = {c.delay_drifting_ms / 1000, c.delay_wrong_ms / 1000};
+  l.jump_m = c.jump_m;
+  return l;
 }
 
 std::size_t bytes(const MapperConfig& c) {
@@ -77,13 +92,15 @@ Result<void> MappingPipeline::check(const MapperConfig& config, const StereoRig&
 }
 
 MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& rig,
-                                 const HoistConfig& hoist)
+                                 const HoistConfig& hoist, const WatchdogConfig& watchdog)
     : config_(config),
       rig_(rig),
       ceiling_m_(ceiling(config, hoist, rig)),
       calibration_(calibration_digest(rig)),
       gantry_(config),
       positions_(cell_m(rig)),
+      watched_(watchdog.enabled && config.method != MapperConfig::Method::kPaper),
+      watchdog_(limits_of(watchdog), rig.camera_height_m(), rig.T_left_right.translation().norm()),
       hoist_(hoist, rig.camera_height_m()),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
       integrator_(heights(config, rig)),
@@ -99,7 +116,7 @@ void MappingPipeline::add_position(Axis axis, std::uint64_t stream, TimeNs time,
 }
 
 void MappingPipeline::add_failed_position(Axis axis) {
-  counts_.add(axis == Axis::kCart ? Cause::kCartFailed : Cause::kTrolleyFailed);
+  counts_.add(axis == Axis::kTrolley ? Cause::kTrolleyFailed : Cause::kCartFailed);
 }
 
 void MappingPipeline::add_hoist(const HoistReading& reading) {
@@ -111,6 +128,7 @@ void MappingPipeline::add_cloud(CloudSample cloud, TimeNs now) {
   if (cloud.stream != account().stream) {
     positions_.begin_anew();  // its times are others
     motion_.begin_anew();
+    watchdog_.begin_anew();
   }
   queue_.add(std::move(cloud), now, counts_);
 }
@@ -178,7 +196,7 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
   cloud.frame.depth_m = cloud.depth_m.data();
   cloud.frame.confidence = cloud.confidence.data();
   cloud.frame.colour = cloud.colour.empty() ? nullptr : cloud.colour.data();
-  cloud.frame.T_map_rectified = T_map_rectified(cloud, place.map_m);
+  cloud.frame.T_map_rectified = T_map_rectified(cloud, place);
 
   // 2. What is rope, hook or load is no workshop.
   if (hoist_.used()) {
@@ -186,7 +204,18 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
     lap("cut out hoist");
   }
 
-  // 3. Checked: does it see here what was seen here before?
+  // 3. Watched: do floor, rows and the way in the images agree with calibration and positions?
+  const auto disagrees = [&]() -> std::optional<Cause> {
+    const std::optional<Cause> cause = disagrees_with_calibration(cloud, place);
+    lap("watch");
+    if (cause) hoist_.prove_nothing();
+    return cause;
+  };
+  const bool confirmed = place.known == PositionTrack::Lookup::kFound;
+  if (confirmed)
+    if (report.refused = disagrees(); report.refused) return report;
+
+  // 4. Checked: does it see here what was seen here before?
   const PositionTrust::Finding found = positions_.check(cloud.frame, cloud.exposure_time, place);
   lap("check placement");
   if (found.refused) {
@@ -195,6 +224,9 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
     hoist_.prove_nothing();
     return report;
   }
+  // Positions that nothing had confirmed are not what a calibration is judged by.
+  if (!confirmed)
+    if (report.refused = disagrees(); report.refused) return report;
   gantry_.trust(cloud.exposure_time);
   hoist_.prove(gantry_, *map_);
 
@@ -213,12 +245,31 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
 }
 
 Eigen::Isometry3d MappingPipeline::T_map_rectified(const CloudSample& cloud,
-                                                   const Eigen::Vector2d& gantry_m) const {
-  // Translation only; the mount's tilt and height come from the calibration.
+                                                   const Gantry::Place& place) const {
+  // Translation, and what the bridge is skew; the mount's tilt and height come from the
+  // calibration.
   Eigen::Isometry3d T_left_rectified = Eigen::Isometry3d::Identity();
   T_left_rectified.linear() = cloud.R_camera_rectified;
-  return Eigen::Translation3d(gantry_m.x(), gantry_m.y(), 0) * rig_.T_map_camera_at_zero *
+  return Eigen::Translation3d(place.map_m.x(), place.map_m.y(), 0) *
+         Eigen::AngleAxisd(place.skew_rad, Eigen::Vector3d::UnitZ()) * rig_.T_map_camera_at_zero *
          T_left_rectified;
+}
+
+std::optional<Cause> MappingPipeline::disagrees_with_calibration(const CloudSample& cloud,
+                                                                 const Gantry::Place& place) {
+  if (!watched_ ||
+      watchdog_.look(cloud.frame, {cloud.exposure_time, place.map_m,
+                                   speed_mps(cloud.exposure_time, place.map_m), cloud.rows}))
+    return std::nullopt;
+  return watchdog_.state() == WatchState::kWrong ? Cause::kWatchdogWrong : Cause::kImageContradicts;
+}
+
+/// By the rangefinders, just before the exposure.
+Eigen::Vector2d MappingPipeline::speed_mps(TimeNs exposure, const Eigen::Vector2d& place_m) const {
+  constexpr TimeNs kBefore = 80'000'000;
+  const Gantry::Place before = gantry_.at(exposure - kBefore);
+  if (before.known != PositionTrack::Lookup::kFound) return Eigen::Vector2d::Zero();
+  return (place_m - before.map_m) / (double(kBefore) * 1e-9);
 }
 
 void MappingPipeline::cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m) {
@@ -275,9 +326,11 @@ PipelineReport MappingPipeline::report() const {
   r.age = ages_.time();
   r.memory_full = map_->refused_blocks() > 0 || full();
   r.trust = positions_.trust();
-  for (const Axis axis : {Axis::kCart, Axis::kTrolley})
+  r.watch = watchdog_.state();
+  r.misfit = watchdog_.worst();
+  for (const Axis axis : {Axis::kCart, Axis::kTrolley, Axis::kCartSecond})
     if (r.trust == Trust::kGood && !gantry_.trusted(axis)) {
-      r.trust = axis == Axis::kCart ? Trust::kCartJumped : Trust::kTrolleyJumped;
+      r.trust = axis == Axis::kTrolley ? Trust::kTrolleyJumped : Trust::kCartJumped;
       r.jump_m = gantry_.jump_m(axis);
     }
   return r;

@@ -21,6 +21,7 @@
 #include "mapping_pipeline/hoist_tracker.hpp"
 #include "mapping_pipeline/position_trust.hpp"
 #include "motion/motion_stereo.hpp"
+#include "watchdog/watchdog.hpp"
 
 namespace crane {
 
@@ -50,7 +51,9 @@ struct PipelineReport {
   /// kLost because all hoist_state is of another time: the nearest is so much later; else 0.
   double hoist_apart_s = 0;
   Trust trust = Trust::kGood;
-  double jump_m = 0;             ///< of the axis that jumped
+  double jump_m = 0;  ///< of the axis that jumped
+  WatchState watch = WatchState::kFine;
+  Misfit misfit;                 ///< why it is not
   std::optional<Cause> refused;  ///< why the last frame is not in the map; nothing: it is
   bool memory_full = false;      ///< what is new is not kept
   std::size_t waiting = 0;       ///< clouds that wait for their positions
@@ -65,7 +68,8 @@ class MappingPipeline {
   /// Error: Configuration when heights or positions lie where no tile can be.
   static Result<void> check(const MapperConfig& config, const StereoRig& rig);
   /// Of a configuration that passes check().
-  MappingPipeline(const MapperConfig& config, const StereoRig& rig, const HoistConfig& hoist = {});
+  MappingPipeline(const MapperConfig& config, const StereoRig& rig, const HoistConfig& hoist = {},
+                  const WatchdogConfig& watchdog = {});
 
   // ------------------------------------------------------------------ In.
 
@@ -90,6 +94,7 @@ class MappingPipeline {
   [[nodiscard]] OccupancyMap& map() { return *map_; }
   [[nodiscard]] const OccupancyMap& map() const { return *map_; }
   [[nodiscard]] PipelineReport report() const;
+  [[nodiscard]] const Watchdog& watchdog() const { return watchdog_; }
   [[nodiscard]] TimeNs last_arrival() const { return last_arrival_; }
   [[nodiscard]] const FrameAccount& account() const { return queue_.account(); }
   /// The voxel size in use: as configured, 0.1 D for the paper's method (eq. 9), else 0.05 m.
@@ -124,7 +129,10 @@ class MappingPipeline {
   [[nodiscard]] bool waits_for_hoist(const CloudSample& cloud, TimeNs now) const;
   FrameReport map_frame(CloudSample& cloud, const Gantry::Place& place, TimeNs now);
   [[nodiscard]] Eigen::Isometry3d T_map_rectified(const CloudSample& cloud,
-                                                  const Eigen::Vector2d& gantry_m) const;
+                                                  const Gantry::Place& place) const;
+  std::optional<Cause> disagrees_with_calibration(const CloudSample& cloud,
+                                                  const Gantry::Place& place);
+  [[nodiscard]] Eigen::Vector2d speed_mps(TimeNs exposure, const Eigen::Vector2d& place_m) const;
   void cut_out_hoist(CloudSample& cloud, const Eigen::Vector2d& gantry_m);
   [[nodiscard]] bool full() const;
   std::optional<Cause> integrate(const CloudSample& cloud, FrameReport& report);
@@ -136,6 +144,8 @@ class MappingPipeline {
   CloudQueue queue_;
   Gantry gantry_;
   PositionTrust positions_;
+  bool watched_;
+  Watchdog watchdog_;
   HoistTracker hoist_;
   MotionStereo motion_;
   HoistKnown hoist_known_;

@@ -82,8 +82,9 @@ Result<void> check_times(const Recording& r) {
   if (auto unit = frames->check_unit(); !unit) return unit;
   const auto cart = checked(r.folder() + "/cart0/data.csv", r.cart());
   const auto trolley = checked(r.folder() + "/trolley0/data.csv", r.trolley());
+  const auto second = checked(r.folder() + "/cart1/data.csv", r.cart_second());
   const auto hoist = checked(r.folder() + "/hoist0/data.csv", r.hoist());
-  for (const auto* sensor : {&cart, &trolley, &hoist}) {
+  for (const auto* sensor : {&cart, &second, &trolley, &hoist}) {
     if (!*sensor) return sensor->error();
     if (auto together = (*sensor)->check_with(*frames); !together) return together;
   }
@@ -112,6 +113,12 @@ Result<Recording> Recording::open(const std::string& folder) {
       return Error{ErrorCode::kBadData, folder + "/" + axis, "has no reading",
                    "without positions nothing can be mapped"};
     (cart ? r.cart_ : r.trolley_) = std::move(*distances);
+  }
+  std::error_code unreadable;
+  if (std::filesystem::exists(folder + "/cart1/data.csv", unreadable)) {
+    auto distances = read_distances(folder + "/cart1/data.csv");
+    if (!distances) return distances.error();
+    r.cart_second_ = std::move(*distances);
   }
   auto hoist = read_hoist_csv(folder + "/hoist0/data.csv");
   if (!hoist) return hoist.error();

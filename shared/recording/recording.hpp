@@ -22,8 +22,8 @@ struct RecordedDistance {
   double distance_m = 0;  ///< NaN where the device wrote none
 };
 
-/// A recording in ASL/EuRoC layout: cam0 cam1 cart0 trolley0 [hoist0] rig.yaml [site.yaml] [truth].
-/// Images stay on disk.
+/// A recording in ASL/EuRoC layout: cam0 cam1 cart0 [cart1] trolley0 [hoist0] rig.yaml [site.yaml]
+/// [truth]. Images stay on disk.
 class Recording {
  public:
   /// Reads and checks everything but the pixels: calibration, equal left and right counts, pairs
@@ -35,6 +35,8 @@ class Recording {
   [[nodiscard]] const StereoRig& rig() const { return rig_; }
   [[nodiscard]] const std::vector<RecordedFrame>& frames() const { return frames_; }
   [[nodiscard]] const std::vector<RecordedDistance>& cart() const { return cart_; }
+  /// cart1: the cart at the other rail; empty where there is none.
+  [[nodiscard]] const std::vector<RecordedDistance>& cart_second() const { return cart_second_; }
   [[nodiscard]] const std::vector<RecordedDistance>& trolley() const { return trolley_; }
   /// hoist0: what the controller said of hook and load; empty where there is none.
   [[nodiscard]] const std::vector<HoistReading>& hoist() const { return hoist_; }
@@ -58,7 +60,7 @@ class Recording {
   std::string folder_;
   StereoRig rig_;
   std::vector<RecordedFrame> frames_;
-  std::vector<RecordedDistance> cart_, trolley_;
+  std::vector<RecordedDistance> cart_, cart_second_, trolley_;
   std::vector<HoistReading> hoist_;
   RangefinderModel cart_model_, trolley_model_;
 };

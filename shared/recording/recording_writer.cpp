@@ -66,6 +66,19 @@ Result<void> RecordingWriter::add_cart(TimeNs time, double distance_m) {
   return add_distance(cart_, folder_ + "/cart0/data.csv", time, distance_m);
 }
 
+Result<void> RecordingWriter::add_cart_second(TimeNs time, double distance_m) {
+  const std::string path = folder_ + "/cart1/data.csv";
+  if (!cart_second_.is_open()) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder_ + "/cart1", failed);
+    std::filesystem::copy_file(folder_ + "/cart0/sensor.yaml", folder_ + "/cart1/sensor.yaml",
+                               failed);
+    cart_second_.open(path);
+    cart_second_ << "#timestamp [ns],distance [m]\n";
+  }
+  return add_distance(cart_second_, path, time, distance_m);
+}
+
 Result<void> RecordingWriter::add_trolley(TimeNs time, double distance_m) {
   return add_distance(trolley_, folder_ + "/trolley0/data.csv", time, distance_m);
 }
@@ -89,7 +102,7 @@ Result<void> RecordingWriter::add_hoist(const HoistReading& r) {
 }
 
 Result<void> RecordingWriter::close() {
-  for (std::ofstream* file : {&cam_[0], &cam_[1], &cart_, &trolley_, &hoist_}) {
+  for (std::ofstream* file : {&cam_[0], &cam_[1], &cart_, &cart_second_, &trolley_, &hoist_}) {
     if (!file->is_open()) continue;
     file->close();
     if (!*file) return disk_error(folder_);

@@ -20,6 +20,8 @@ class RecordingWriter {
   Result<void> add_frame(TimeNs time, const Image& left, const Image& right,
                          const std::string& extension);
   Result<void> add_cart(TimeNs time, double distance_m);
+  /// The first one makes cart1.
+  Result<void> add_cart_second(TimeNs time, double distance_m);
   Result<void> add_trolley(TimeNs time, double distance_m);
   /// The first one makes hoist0.
   Result<void> add_hoist(const HoistReading& reading);
@@ -28,7 +30,7 @@ class RecordingWriter {
 
  private:
   std::string folder_;
-  std::ofstream cam_[2], cart_, trolley_, hoist_;
+  std::ofstream cam_[2], cart_, cart_second_, trolley_, hoist_;
 };
 
 }  // namespace crane

@@ -101,6 +101,14 @@ std::string to_metrics(const v1::ServiceStatus& s, const std::vector<StageHistog
     t.value("cranemap_stage_duration_seconds_sum", h.sum_s, stage);
     t.value("cranemap_stage_duration_seconds_count", double(h.count), stage);
   }
+  for (const v1::StatusFigure& f : s.figures()) {
+    const std::string full = std::string("cranemap_") + f.name().c_str();
+    t.family(full.c_str(), "gauge", "Measured by the watchdog; see shared/watchdog/README.md.");
+    t.value(full, f.value());
+    const std::string sigma = full + "_sigma";
+    t.family(sigma.c_str(), "gauge", "Its standard deviation.");
+    t.value(sigma, f.sigma());
+  }
   for (std::size_t i = 0; i < gauges.size(); ++i)
     t.gauge(gauges[i], i == 0 || gauges[i].name != gauges[i - 1].name);
   t.one("process_cpu_seconds_total", "counter", "User and system time.", s.cpu_seconds());

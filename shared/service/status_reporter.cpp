@@ -100,6 +100,14 @@ void StatusReporter::tick(bool now) {
     entry.max_ms(stage.max_ms);
     s.stages().push_back(entry);
   }
+  for (const Measured& f : figures) {
+    if (s.figures().size() == v1::MAX_FIGURES) break;
+    v1::StatusFigure entry;
+    entry.name(f.name.substr(0, 63).c_str());
+    entry.value(f.value);
+    entry.sigma(f.sigma);
+    s.figures().push_back(entry);
+  }
   s.version(CRANEMAP_VERSION);
   s.build_type(CRANEMAP_BUILD_TYPE);
   s.message(message.substr(0, 255).c_str());

@@ -53,6 +53,11 @@ class StatusReporter {
   bool finished = false;
   std::uint32_t status = 0;  ///< v1::STATUS_*
   std::string message;
+  struct Measured {
+    std::string name;
+    double value, sigma;
+  };
+  std::vector<Measured> figures;         ///< what the service measures, with standard deviations
   std::vector<Gauge> gauges;             ///< for /metrics
   std::map<std::string, double> values;  ///< gauges as well, of names known at run time
 

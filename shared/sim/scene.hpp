@@ -117,6 +117,9 @@ struct SceneRangefinder {
   double sigma_m = 0.001;  ///< +-3 mm is three of them
   double rate_hz = 20;
   double delay_ms = 0;  ///< a reading is stamped this much later than it was true
+  /// The cart has two, one a rail: at map y rail_y_m and rail_span_m further; 0 = there is one, and
+  /// it measures where the trolley is.
+  double rail_y_m = 0, rail_span_m = 0;
 };
 
 /// Where cart and trolley are, and when images are taken.

@@ -124,6 +124,8 @@ Result<Scene> read_scene(const std::string& path) {
   r.number("sigma_m", scene.rangefinder.sigma_m, 0, 1);
   r.number("rate_hz", scene.rangefinder.rate_hz, 1, 1000);
   r.number("delay_ms", scene.rangefinder.delay_ms, 0, 1000);
+  r.number("rail_y_m", scene.rangefinder.rail_y_m, -200, 200);
+  r.number("rail_span_m", scene.rangefinder.rail_span_m, -200, 200);
   for (YamlReader& item : y->items("materials")) {
     std::string name;
     item.text("name", name, true);

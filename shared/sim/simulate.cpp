@@ -36,10 +36,8 @@ Result<void> write_hoist(const SceneHoist& h, double end_s, RecordingWriter& wri
   return {};
 }
 
-/// What the mapper must know of the hoist: site.yaml, which `cranemap run` takes by itself.
-Result<void> write_site(const Scene& scene, const std::string& folder) {
+void set_hoist(const Scene& scene, SiteConfig& site) {
   const SceneHoist& h = *scene.hoist;
-  SiteConfig site;
   site.hoist.enabled = true;
   site.hoist.offset_x_m = h.offset_m.x();
   site.hoist.offset_y_m = h.offset_m.y();
@@ -54,6 +52,14 @@ Result<void> write_site(const Scene& scene, const std::string& folder) {
   site.hoist.margin_m = std::clamp(0.3 * scale, 0.04, 0.3);
   site.hoist.sway_m = std::clamp(0.2 * scale, 0.02, 0.3);
   site.hoist.accuracy_m = std::clamp(0.1 * scale, 0.01, 0.1);
+}
+
+/// What the mapper must know of hoist and rails: site.yaml, which `cranemap run` takes by itself.
+Result<void> write_site(const Scene& scene, const std::string& folder) {
+  SiteConfig site;
+  site.mapper.rail_y_m = scene.rangefinder.rail_y_m;
+  site.mapper.rail_span_m = scene.rangefinder.rail_span_m;
+  if (scene.hoist) set_hoist(scene, site);
   std::ofstream file(folder + "/site.yaml");
   file << to_yaml(site);
   file.close();
@@ -63,7 +69,7 @@ Result<void> write_site(const Scene& scene, const std::string& folder) {
 }
 
 struct Readings {
-  std::vector<RecordedDistance> cart, trolley;
+  std::vector<RecordedDistance> cart, cart_second, trolley;
 };
 
 /// What the rangefinders say: where the axes were `delay` before the time stamp, with noise.
@@ -77,7 +83,18 @@ Readings measure(const Scene& scene, double end_s) {
   for (std::int64_t i = 0; i <= count; ++i) {
     const double stamp = -0.3 + double(i) * step;
     const Eigen::Vector2d at = gantry_at(scene.motion, stamp - delay);
-    out.cart.push_back({to_time(stamp), at.x() + noise(random)});
+    const SceneRangefinder& r = scene.rangefinder;
+    if (r.rail_span_m == 0) {
+      out.cart.push_back({to_time(stamp), at.x() + noise(random)});
+    } else {
+      // The bridge is a straight line, turned about the trolley.
+      const Eigen::Matrix3d turned =
+          untold_at(scene.untold, at, std::max(0.0, stamp - delay)).linear();
+      const double per_m = -turned(1, 0) / turned(0, 0);
+      const double first = at.x() + per_m * (r.rail_y_m - at.y());
+      out.cart.push_back({to_time(stamp), first + noise(random)});
+      out.cart_second.push_back({to_time(stamp), first + per_m * r.rail_span_m + noise(random)});
+    }
     out.trolley.push_back({to_time(stamp), at.y() + noise(random)});
   }
   return out;
@@ -147,6 +164,8 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   spoil(readings.trolley, faults, false, middle);
   for (const RecordedDistance& r : readings.cart)
     if (auto added = writer->add_cart(r.time, r.distance_m); !added) return added;
+  for (const RecordedDistance& r : readings.cart_second)
+    if (auto added = writer->add_cart_second(r.time, r.distance_m); !added) return added;
   for (const RecordedDistance& r : readings.trolley)
     if (auto added = writer->add_trolley(r.time, r.distance_m); !added) return added;
   if (scene.hoist)
@@ -168,7 +187,7 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
       return Error{ErrorCode::kNotAvailable, options.folder, "stopped before the end", ""};
   }
   if (auto r = writer->close(); !r) return r;
-  if (scene.hoist)
+  if (scene.hoist || scene.rangefinder.rail_span_m != 0)
     if (auto r = write_site(scene, options.folder); !r) return r;
   // The truth is what stands there at the end; what hangs is no part of it.
   auto left_over = obstacles_at(scene, end);

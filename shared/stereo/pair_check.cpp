@@ -1,7 +1,9 @@
 #include "stereo/pair_check.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <vector>
 
@@ -91,12 +93,17 @@ std::optional<PairFlaw> PairCheck::look(const GreyView& left, const GreyView& ri
   return std::nullopt;
 }
 
-std::optional<double> row_error_px(const GreyView& left, const GreyView& right,
-                                   std::span<const std::int16_t> disparity) {
-  constexpr int kReach = 3, kHalf = 4, kGrid = 32;
-  constexpr std::size_t kEnough = 20;
+namespace {
+
+struct RowSample {
+  double x, y, rows;  ///< [px] from the middle of the image
+};
+
+std::vector<RowSample> measure_rows(const GreyView& left, const GreyView& right,
+                                    std::span<const std::int16_t> disparity) {
+  constexpr int kReach = 6, kHalf = 4, kGrid = 32;
   constexpr int kTexture = 2;  ///< a wrong row must differ so many times more than the best one
-  std::vector<double> errors;
+  std::vector<RowSample> out;
   const int border = kReach + kHalf + 1;
   for (int y = border; y < left.height - border; y += kGrid)
     for (int x = border; x < left.width - border; x += kGrid) {
@@ -118,12 +125,58 @@ std::optional<double> row_error_px(const GreyView& left, const GreyView& right,
       const int after = cost[std::size_t(best + 1)] - c;
       if (std::max(cost.front(), cost.back()) < kTexture * c || before + after == 0) continue;
       // Two straight lines through the three costs, as absolute differences have.
-      errors.push_back(double(best - kReach) + 0.5 * (before - after) / std::max(before, after));
+      out.push_back({x - left.width / 2., y - left.height / 2.,
+                     double(best - kReach) + 0.5 * (before - after) / std::max(before, after)});
     }
-  if (errors.size() < kEnough) return std::nullopt;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return out;
+}
+
+}  // namespace
+
+RowError row_error(const GreyView& left, const GreyView& right,
+                   std::span<const std::int16_t> disparity) {
+  constexpr unsigned kEnough = 20;
+  constexpr double kFirst_px = 6, kLeast_px = 0.25;  ///< what lies farther off the fit is left out
+  const std::vector<RowSample> samples = measure_rows(left, right, disparity);
+  RowError out;
+  // From where the median is: a roll's rows lie on both sides of it.
+  std::vector<double> rows;
+  for (const RowSample& s : samples) rows.push_back(s.rows);
+  if (rows.size() < kEnough) return out;
+  const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
+  std::nth_element(rows.begin(), middle, rows.end());
+  Eigen::Vector3d fit(*middle, 0, 0);
+  double limit = kFirst_px;
+  for (int round = 0; round < 6; ++round) {
+    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d rhs = Eigen::Vector3d::Zero();
+    double squares = 0;
+    unsigned count = 0;
+    for (const RowSample& s : samples) {
+      const Eigen::Vector3d row(1, s.x, s.y);
+      const double off = s.rows - row.dot(fit);
+      if (std::abs(off) > limit) continue;
+      N += row * row.transpose();
+      rhs += row * s.rows;
+      squares += off * off;
+      ++count;
+    }
+    if (count < kEnough) return {};
+    const Eigen::Matrix3d inverse = N.inverse();
+    if (!inverse.allFinite()) return {};
+    fit = inverse * rhs;
+    const double sigma = std::sqrt(squares / count);
+    limit = std::max(kLeast_px, std::min(0.8 * limit, 3 * sigma));
+    const Eigen::Vector3d sigmas = sigma * inverse.diagonal().cwiseMax(0).cwiseSqrt();
+    out = {count, fit[0], sigmas[0], fit[1], sigmas[1], fit[2], sigmas[2]};
+  }
+  return out;
+}
+
+std::optional<double> largest_px(const RowError& e, int width, int height) {
+  if (e.patches == 0) return std::nullopt;
+  const double aside = std::abs(e.roll_rad) * width / 2 + std::abs(e.slope) * height / 2;
+  return std::copysign(std::abs(e.offset_px) + aside, e.offset_px);
 }
 
 }  // namespace crane

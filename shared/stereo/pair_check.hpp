@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "geometry/row_error.hpp"
 #include "stereo/semi_global.hpp"
 
 namespace crane {
@@ -39,10 +40,13 @@ class PairCheck {
   std::uint64_t left_sum_ = 0, right_sum_ = 0;
 };
 
-/// Epipolar error: by how many rows [px] the right image lies lower than the left one, the median
-/// of up to a thousand patches at their disparities (1/32 px); nothing when too few have texture.
-/// A calibration that fits stays below a few tenths. Cost: below a millisecond.
-std::optional<double> row_error_px(const GreyView& left, const GreyView& right,
-                                   std::span<const std::int16_t> disparity);
+/// Epipolar error as a function over the image, fitted robustly to up to a thousand patches at
+/// their disparities (1/32 px); no patches when too few have texture. A calibration that fits stays
+/// below a few tenths everywhere. Cost: below a millisecond.
+RowError row_error(const GreyView& left, const GreyView& right,
+                   std::span<const std::int16_t> disparity);
+
+/// The largest of it within an image of that size [px]; nothing when it was not measured.
+std::optional<double> largest_px(const RowError& error, int width, int height);
 
 }  // namespace crane

@@ -229,7 +229,8 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     const auto first_valid = static_cast<std::int16_t>(
         std::max(m.first * kDisparityScale, m.settings.paper ? kDisparityScale / 2 + 1 : 1));
     const auto look_at_pair = [&](std::span<const std::int16_t> found) {
-      report.row_error_px = row_error_px(view(m.left), view(m.right), found);
+      report.rows = row_error(view(m.left), view(m.right), found);
+      report.row_error_px = largest_px(report.rows, m.left.cols, m.left.rows);
       const bool rows_fit = std::abs(report.row_error_px.value_or(0)) < kRowErrorLimit_px;
       if (rows_fit)  // else that is the reason, and is said
         report.flaw = flaw_of(look_at_contrast(view(m.left), view(m.right), found, first_valid));

@@ -59,7 +59,8 @@ struct StereoReport {
       0;  ///< matches that the images do not bear out pixel by pixel: no evidence
   std::uint32_t ambiguous = 0;         ///< matches on patterns that repeat along the rows: dropped
   std::optional<PairFlaw> flaw;        ///< the pair tells nothing: no pixel has depth
-  std::optional<double> row_error_px;  ///< epipolar error, where it could be measured
+  RowError rows;                       ///< epipolar error as a function over the image
+  std::optional<double> row_error_px;  ///< the largest of it, where it could be measured
   double match_ms = 0, depth_ms = 0;
 };
 

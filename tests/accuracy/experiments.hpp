@@ -27,4 +27,8 @@ std::size_t sweep_steps();
 Result<void> map_size(Bench& bench);
 inline constexpr std::size_t kMapSizeSteps = 4;
 
+/// What the watchdog makes of faults of calibration and rangefinders.
+Result<void> watchdog_faults(Bench& bench);
+inline constexpr std::size_t kWatchdogSteps = 12;
+
 }  // namespace crane::accuracy

@@ -31,9 +31,10 @@ Result<void> make_report(const std::string& folder, int seeds, bool with_sweeps)
                 "higher than anything nearby (shared/mapping/README.md).");
   Progress progress("accuracy");
   Bench bench{document, progress};
-  bench.total = paper_experiment_steps(seeds) + kMapSizeSteps + (with_sweeps ? sweep_steps() : 0);
+  bench.total = paper_experiment_steps(seeds) + kMapSizeSteps + kWatchdogSteps + (with_sweeps ? sweep_steps() : 0);
   if (auto done = paper_experiment(bench, seeds); !done) return done;
   if (auto done = map_size(bench); !done) return done;
+  if (auto done = watchdog_faults(bench); !done) return done;
   if (with_sweeps)
     if (auto done = sweeps(bench); !done) return done;
   if (auto done = document.write(); !done) return done;

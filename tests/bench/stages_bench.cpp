@@ -15,6 +15,7 @@
 #include "recording/image_file.hpp"
 #include "recording/recording.hpp"
 #include "stereo/stereo_stage.hpp"
+#include "watchdog/watchdog.hpp"
 
 namespace crane {
 namespace {
@@ -225,6 +226,22 @@ BENCHMARK(WriteBtOfLargeHall)
     ->Arg(1)
     ->ArgName("incremental")
     ->Unit(benchmark::kMillisecond);
+
+/// A camera that goes to and fro: the same frame, placed half a millimetre further each time.
+void Watch(benchmark::State& state) {
+  DepthFrame moved = frame().cloud;
+  Watchdog watchdog(WatchdogLimits{}, 1.95, moved.baseline_m);
+  Watchdog::Sight sight;
+  int n = 0;
+  for (auto _ : state) {
+    ++n;
+    sight.exposure = n * kNsPerSecond / 10;
+    sight.place_m.x() = 0.0005 * (n % 20);
+    moved.T_map_rectified.translation().x() = sight.place_m.x();
+    benchmark::DoNotOptimize(watchdog.look(moved, sight));
+  }
+}
+BENCHMARK(Watch)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace crane

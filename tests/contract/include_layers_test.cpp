@@ -45,9 +45,11 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
     {"shared/motion", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/mapping", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
+    {"shared/watchdog", {{"base", "geometry", "cloud", "motion"}, {"eigen"}}},
     {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
     {"shared/mapping_pipeline",
-     {{"base", "geometry", "config", "cloud", "motion", "mapping", "map_codec"}, {"eigen"}}},
+     {{"base", "geometry", "config", "cloud", "motion", "mapping", "watchdog", "map_codec"},
+      {"eigen"}}},
     {"shared/rtps_guard", {{}, {}}},
     {"shared/dds", {{"base", "geometry", "rtps_guard"}, {"fastdds", "fastrtps", "openssl"}}},
     {"shared/service", {{"base", "http", "config", "dds", "client"}, {"cli", "systemd"}}},
@@ -58,8 +60,8 @@ const std::map<std::string, Layer> kLayers = {
     // A service may use any of shared/, never another service.
     {"services",
      {{"base", "geometry", "config", "recording", "sensors", "sim", "stereo", "cloud", "motion",
-       "mapping", "map_codec", "mapping_pipeline", "dds", "map_sync", "service", "client",
-       "evaluation"},
+       "mapping", "watchdog", "map_codec", "mapping_pipeline", "dds", "map_sync", "service",
+       "client", "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

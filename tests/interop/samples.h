@@ -23,8 +23,10 @@
   F(crane, 1) F(has_colour, 1) F(stream, 5000000001ULL) F(sequence_number, 10) F(after, 9)         \
   F(exposure_time_ns, 1700000000423456789LL) F(frame_sent_ns, 1700000000423456999LL)               \
   F(f_px, 700.5) F(cx_px, 639.5) F(cy_px, 359.5) F(baseline_m, 0.12) F(sigma_disparity_px, 0.05)   \
-  A(rotation, 9, i == 0 || i == 4 || i == 8 ? 1.0 : 0.0) F(width, 640) F(height, 480)              \
-  F(matched_pixels, 300000) F(camera_dropped, 3) A(depth, 307200, 1.5F + 0.001F * (float)(i % 999)) \
+  A(rotation, 9, i == 0 || i == 4 || i == 8 ? 1.0 : 0.0) F(row_offset_px, 0.125)                      \
+  F(row_offset_sigma_px, 0.03125) F(row_roll_rad, -0.002) F(row_roll_sigma_rad, 0.0001)            \
+  F(row_slope, 0.003) F(row_slope_sigma, 0.0002) F(width, 640) F(height, 480)              \
+  F(matched_pixels, 300000) F(camera_dropped, 3) F(row_patches, 511) A(depth, 307200, 1.5F + 0.001F * (float)(i % 999)) \
   A(confidence, 307200, (unsigned char)(i * 5)) A(colour, 921600, (unsigned char)(i * 13 + 1))
 
 #define MAP_TILE(F, S, B, A, O, Q)                                                                 \
@@ -89,12 +91,15 @@
 #define DROP_COUNT(F, S, B, A, O, Q) S(cause, "cloud never arrived") F(count, 28 + (unsigned)k)
 #define STAGE_TIME(F, S, B, A, O, Q)                                                               \
   S(stage, "integrate") F(count, 600 + (unsigned)k) F(p50_ms, 1.5) F(p99_ms, 2.5) F(max_ms, 3.5)
+#define STATUS_FIGURE(F, S, B, A, O, Q)                                                            \
+  S(name, "watch_tilt_x_rad") F(value, 0.25 * (double)k) F(sigma, 0.125)
 #define SERVICE_STATUS(F, S, B, A, O, Q)                                                           \
   F(crane, 1) F(service, 4) F(sequence_number, 29) F(time_ns, 1700000001423456789LL)               \
   F(start_ns, 1690000000000000001LL) F(pid, 4711) F(status, 1) F(stream, 5000000003ULL)            \
   F(received, 30) F(published, 31) F(expected, 32) F(finished, 1) F(cpu_seconds, 12.5)             \
   F(memory_bytes, 6000000000ULL) Q(dropped, DropCount, 4, DROP_COUNT)                              \
-  Q(stages, StageTime, 6, STAGE_TIME) S(version, "0.1.0") S(build_type, "Release")                 \
+  Q(stages, StageTime, 6, STAGE_TIME) Q(figures, StatusFigure, 5, STATUS_FIGURE)                    \
+  S(version, "0.1.0") S(build_type, "Release")                 \
   S(message, "all well")
 
 /* T(Type, topic, FIELDS, transient-local, depth, deadline ms, liveliness ms, exclusive) */

@@ -148,6 +148,49 @@ TEST(Calibration, AMapperWithAnotherOneThanItsStereoUsesNothingAndSaysWhy) {
   EXPECT_NE(mapper.output().find("another calibration"), std::string::npos);
 }
 
+TEST(Watchdog, ACameraThatHangsLowerThanToldIsNamedByStatusAndItsFramesAreNotUsed) {
+  const TempFolder folder;
+  const std::string told = folder / "told";
+  fs::copy(rig_recording(), told, fs::copy_options::recursive);
+  std::ifstream file(told + "/rig.yaml");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  file.close();
+  // The last number of the third row of T_world_cam0: 4 cm higher than it is.
+  auto at = text.find("data: [");
+  ASSERT_NE(at, std::string::npos);
+  for (int number = 0; number < 11; ++number) at = text.find(',', at + 1);
+  const auto end = text.find(',', at + 1);
+  text.replace(at + 1, end - at - 1, std::to_string(std::stod(text.substr(at + 1)) + 0.04));
+  fs::remove(told + "/rig.yaml");
+  std::ofstream(told + "/rig.yaml") << text;
+  const std::string domain = next_domain();
+  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain << "}\n";
+  const std::string site = folder / "site.yaml";
+  Process mapper({"cranemap-mapper", "--config", site, "--calibration", told},
+                 folder / "mapper.txt");
+  Process stereo({"cranemap-stereo", "--config", site, "--calibration", told},
+                 folder / "stereo.txt");
+  Process rangefinder({"cranemap-rangefinder", "--config", site, told, "--stream", "5", "--loop"},
+                      folder / "r.txt");
+  Process camera({"cranemap-camera", "--config", site, told, "--stream", "5", "--loop"},
+                 folder / "c.txt");
+  client::Options options;
+  options.domain = static_cast<std::uint32_t>(std::stoi(domain));
+  std::string error;
+  const auto map = client::Map::join(options, error);
+  ASSERT_NE(map, nullptr) << error;
+  EXPECT_TRUE(eventually(40s, [&] {
+    const client::Status s = map->status();
+    return s.reason_code == v1::MAP_CALIBRATION_WRONG && !s.valid;
+  })) << mapper.output();
+  EXPECT_LE(map->status().frames_integrated, 3U);
+  const Finished status = run({"status", "--wait", "3", "--domain", domain}, folder.path());
+  EXPECT_EQ(status.code, 3) << "a map that is not valid";
+  for (const char* said : {"valid: false", "reason_code: 11", "height: the floor lies off by 0.04",
+                           "rig.yaml", "watch_floor_m: {value: 0.0"})
+    EXPECT_NE(status.output.find(said), std::string::npos) << said << "\n" << status.output;
+}
+
 TEST(Succession, WhoBeganWithNothingGivesWayToTheMapperThatHasTheMap) {
   const TempFolder folder;
   const std::string domain = next_domain();

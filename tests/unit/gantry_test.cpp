@@ -54,5 +54,42 @@ TEST(Gantry, SaysWhichAxisAndWhy) {
   EXPECT_EQ(gantry.at(1540 * kMs).known, Lookup::kDoubtful);
 }
 
+TEST(GantrySkew, TwoRangefindersOfTheCartTellHowTheBridgeLies) {
+  MapperConfig c;
+  c.rangefinder_min_m = -100;
+  c.rail_y_m = -2;
+  c.rail_span_m = 20;
+  Gantry gantry(c);
+  const auto at = [&](double first_m, double second_m, TimeNs from) {
+    for (const TimeNs time : {from, from + 50'000'000}) {
+      (void)gantry.add(Axis::kCart, 1, time, first_m);
+      (void)gantry.add(Axis::kTrolley, 1, time, 8);
+    }
+    EXPECT_EQ(gantry.at(from + 25'000'000).known, PositionTrack::Lookup::kNotYet)
+        << "the second is waited for";
+    for (const TimeNs time : {from, from + 50'000'000})
+      (void)gantry.add(Axis::kCartSecond, 1, time, second_m);
+    return gantry.at(from + 25'000'000);
+  };
+  const Gantry::Place skew = at(5, 5.1, 1'000'000'000);
+  EXPECT_EQ(skew.known, PositionTrack::Lookup::kFound);
+  EXPECT_NEAR(skew.map_m.x(), 5.05, 1e-9) << "the trolley is half way";
+  EXPECT_NEAR(skew.map_m.y(), 8, 1e-9);
+  EXPECT_NEAR(skew.skew_rad, -0.005, 1e-6);
+}
+
+TEST(GantrySkew, ASkewThatNoBridgeHasIsDoubtful) {
+  MapperConfig c;
+  c.rangefinder_min_m = -100;
+  c.rail_span_m = 20;
+  Gantry gantry(c);
+  for (const TimeNs time : {0, 50'000'000}) {
+    (void)gantry.add(Axis::kCart, 1, time, 5);
+    (void)gantry.add(Axis::kTrolley, 1, time, 8);
+    (void)gantry.add(Axis::kCartSecond, 1, time, 7);
+  }
+  EXPECT_EQ(gantry.at(25'000'000).known, PositionTrack::Lookup::kDoubtful);
+}
+
 }  // namespace
 }  // namespace crane

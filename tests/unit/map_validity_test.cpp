@@ -23,6 +23,16 @@ TEST(MapValidity, IsGoodWhenCloudsComeAndPositionsAreBelieved) {
   EXPECT_TRUE(health.reason.empty());
 }
 
+TEST(MapValidity, WhatDriftsIsSaidOfAMapThatIsValid) {
+  PipelineReport r = well();
+  r.watch = WatchState::kDrifting;
+  r.misfit = {Suspect::kTilt, WatchState::kDrifting, {0.003, 0.0001}};
+  const auto health = judge_validity(r, false, kStale, kNow);
+  EXPECT_EQ(health.validity, v1::STATUS_OK);
+  EXPECT_EQ(health.reason_code, v1::MAP_DRIFTING);
+  EXPECT_NE(health.reason.find("tilt"), std::string::npos) << health.reason;
+}
+
 TEST(MapValidity, EachReasonHasANumberOfItsOwnAndWords) {
   const auto code = [](auto change, bool being_made = false) {
     PipelineReport r = well();
@@ -47,6 +57,14 @@ TEST(MapValidity, EachReasonHasANumberOfItsOwnAndWords) {
   EXPECT_EQ(code([](PipelineReport& r) { r.trust = Trust::kTrolleyJumped; }),
             v1::MAP_TROLLEY_POSITION);
   EXPECT_EQ(code([](PipelineReport& r) { r.memory_full = true; }), v1::MAP_MEMORY_FULL);
+  const auto wrong = [](Suspect suspect) {
+    return [suspect](PipelineReport& r) {
+      r.watch = WatchState::kWrong;
+      r.misfit = {suspect, WatchState::kWrong, {0.02, 0.001}};
+    };
+  };
+  EXPECT_EQ(code(wrong(Suspect::kToeIn)), v1::MAP_CALIBRATION_WRONG);
+  EXPECT_EQ(code(wrong(Suspect::kCartScale)), v1::MAP_POSITIONS_WRONG);
   for (const Trust trust : {Trust::kContradicted, Trust::kCartReversed, Trust::kTrolleyReversed})
     EXPECT_EQ(code([trust](PipelineReport& r) { r.trust = trust; }), v1::MAP_CONTRADICTED);
   EXPECT_EQ(code([](PipelineReport& r) { r.refused = Cause::kCloudOtherCalibration; }),

@@ -59,16 +59,21 @@ TEST(RowError, IsTheVerticalDistanceOfTheImages) {
     for (int y = 4; y + 4 < kHeight; ++y)
       for (int x = 0; x + 20 < kWidth; ++x)
         right[std::size_t((y + lower) * kWidth + x)] = left[std::size_t(y * kWidth + x + 20)];
-    const auto error = row_error_px(view(left), view(right), disparity);
-    ASSERT_TRUE(error);
-    EXPECT_NEAR(*error, lower, 0.1);
+    const RowError error = row_error(view(left), view(right), disparity);
+    ASSERT_GT(error.patches, 20U);
+    EXPECT_NEAR(error.offset_px, lower, 0.1);
+    EXPECT_NEAR(error.roll_rad * kWidth / 2, 0, 0.1);
+    EXPECT_NEAR(error.slope * kHeight / 2, 0, 0.1);
+    EXPECT_NEAR(*largest_px(error, kWidth, kHeight), lower, 0.2);
   }
 }
 
 TEST(RowError, IsNotMeasuredWithoutTextureOrMatches) {
   const Pixels flat(std::size_t{kWidth} * kHeight, 90), left = texture(1);
-  EXPECT_FALSE(row_error_px(view(flat), view(flat), std::vector<std::int16_t>(flat.size(), 640)));
-  EXPECT_FALSE(row_error_px(view(left), view(left), std::vector<std::int16_t>(left.size(), 0)));
+  EXPECT_EQ(
+      row_error(view(flat), view(flat), std::vector<std::int16_t>(flat.size(), 640)).patches, 0U);
+  EXPECT_EQ(row_error(view(left), view(left), std::vector<std::int16_t>(left.size(), 0)).patches,
+            0U);
 }
 
 }  // namespace
