@@ -230,7 +230,7 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
   gantry_.trust(cloud.exposure_time);
   hoist_.prove(gantry_, *map_);
 
-  // 4. What the pair left without a match, by the crane's own motion.
+  // 5. What the pair left without a match, by the crane's own motion.
   if (!paper_) {
     report.motion =
         motion_.improve(cloud.frame, cloud.exposure_time, cloud.depth_m, cloud.confidence);
@@ -238,7 +238,7 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
     lap("motion stereo");
   }
 
-  // 5. Surfaces found and put in, space before them freed.
+  // 6. Surfaces found and put in, space before them freed.
   report.refused = integrate(cloud, report);
   lap("integrate");
   return report;
