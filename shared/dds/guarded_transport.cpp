@@ -26,17 +26,17 @@ constexpr std::uint32_t kLargestMessage = 65'536;  ///< as of UDP; Fast DDS send
 class Descriptor final : public ert::ChainingTransportDescriptor {
  public:
   Descriptor(std::shared_ptr<ert::TransportDescriptorInterface> low,
-             std::shared_ptr<GuardCounts> counts, guard::Options options)
+             std::shared_ptr<GuardCounts> counts, std::shared_ptr<guard::Guard> guard)
       : ChainingTransportDescriptor(std::move(low)),
         counts_(std::move(counts)),
-        options_(std::move(options)) {}
+        guard_(std::move(guard)) {}
   ert::TransportInterface* create_transport() const override;
   [[nodiscard]] const std::shared_ptr<GuardCounts>& counts() const { return counts_; }
-  [[nodiscard]] const guard::Options& options() const { return options_; }
+  [[nodiscard]] const std::shared_ptr<guard::Guard>& guard() const { return guard_; }
 
  private:
   std::shared_ptr<GuardCounts> counts_;
-  guard::Options options_;
+  std::shared_ptr<guard::Guard> guard_;
 };
 
 std::vector<guard::Ipv4> own_addresses() {
@@ -50,10 +50,8 @@ std::vector<guard::Ipv4> own_addresses() {
   return out;
 }
 
-/// Of what came through shared memory: this host. 0 if it came in no way that we know.
+/// 0: it came through shared memory.
 guard::Ipv4 source_of(const rtps::Locator_t& remote) {
-  constexpr guard::Ipv4 kLoopback = 0x7F000001;
-  if (remote.kind == LOCATOR_KIND_SHM) return kLoopback;
   if (remote.kind != LOCATOR_KIND_UDPv4) return 0;
   const rtps::octet* a = remote.address + 12;
   return guard::Ipv4(a[0]) << 24U | guard::Ipv4(a[1]) << 16U | guard::Ipv4(a[2]) << 8U | a[3];
@@ -62,8 +60,8 @@ guard::Ipv4 source_of(const rtps::Locator_t& remote) {
 class Transport final : public ert::ChainingTransport {
  public:
   explicit Transport(const Descriptor& descriptor)
-      : ChainingTransport(descriptor), descriptor_(descriptor), guard_(descriptor.options()) {
-    guard_.set_own_addresses(own_addresses());
+      : ChainingTransport(descriptor), descriptor_(descriptor), guard_(descriptor.guard()) {
+    guard_->set_own_addresses(own_addresses());
   }
   /// The low one's threads use what the base class holds until they end.
   ~Transport() override { low_level_transport_.reset(); }
@@ -90,21 +88,21 @@ class Transport final : public ert::ChainingTransport {
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     // The sender can still write in shared memory: what is checked has to be what is used.
     thread_local std::vector<rtps::octet> copied;
-    const bool shared = kind() == LOCATOR_KIND_SHM;
-    if (shared && size > kLargestMessage) return refuse(guard::Refusal::kLength);
-    if (shared) {
+    if (kind() == LOCATOR_KIND_SHM) {
+      if (size > kLargestMessage) return refuse(guard::Refusal::kLength);
       copied.assign(buffer, buffer + size);
       buffer = copied.data();
     }
     const auto now = std::chrono::steady_clock::now();
     look_at_interfaces(now);
     thread_local guard::Verdict verdict;
-    guard_.check({buffer, size}, source_of(remote), now, verdict);
+    guard_->check({buffer, size}, source_of(remote), now, verdict);
     if (verdict.refusal != guard::Refusal::kNone) return refuse(verdict.refusal);
     if (verdict.patches.empty()) return hand_on(next, buffer, size, local, remote);
-    if (!shared) copied.assign(buffer, buffer + size);
-    verdict.patches.apply(copied);
-    hand_on(next, copied.data(), size, local, remote);
+    thread_local std::vector<rtps::octet> patched;
+    patched.assign(buffer, buffer + size);
+    verdict.patches.apply(patched);
+    hand_on(next, patched.data(), size, local, remote);
   }
 
  private:
@@ -134,11 +132,11 @@ class Transport final : public ert::ChainingTransport {
         std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count();
     std::int64_t due = look_at_.load();
     if (seconds < due || !look_at_.compare_exchange_strong(due, seconds + 5)) return;
-    guard_.set_own_addresses(own_addresses());
+    guard_->set_own_addresses(own_addresses());
   }
 
   Descriptor descriptor_;
-  guard::Guard guard_;
+  std::shared_ptr<guard::Guard> guard_;
   std::atomic<std::int64_t> look_at_{0};
 };
 
@@ -150,8 +148,8 @@ ert::TransportInterface* Descriptor::create_transport() const {
 
 std::shared_ptr<ert::TransportDescriptorInterface> guarded(
     std::shared_ptr<ert::TransportDescriptorInterface> transport,
-    std::shared_ptr<GuardCounts> counts, guard::Options options) {
-  return std::make_shared<Descriptor>(std::move(transport), std::move(counts), std::move(options));
+    std::shared_ptr<GuardCounts> counts, std::shared_ptr<guard::Guard> guard) {
+  return std::make_shared<Descriptor>(std::move(transport), std::move(counts), std::move(guard));
 }
 
 }  // namespace crane::dds

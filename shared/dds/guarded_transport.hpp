@@ -18,9 +18,10 @@ struct GuardCounts {
 };
 
 /// A transport that hands on only what the guard finds sound: Debian's Fast DDS can be ended by one
-/// malformed datagram. Sending is untouched.
+/// malformed datagram. Sending is untouched. `guard`: one for all transports of a participant, as
+/// announcements and samples may come by different ones.
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> transport,
-    std::shared_ptr<GuardCounts> counts, guard::Options options);
+    std::shared_ptr<GuardCounts> counts, std::shared_ptr<guard::Guard> guard);
 
 }  // namespace crane::dds

@@ -99,9 +99,9 @@ guard::Options guard_options(const Settings& settings) {
   return options;
 }
 
-/// A check before every transport. What a profile leaves to Fast DDS
-/// (UDP and shared memory) is made here instead, so that it can be checked as well.
-/// Error: Configuration for TCP: what breaks it are its own messages, which no check sees.
+/// A check before every transport, one that knows what came through all of them. What a profile
+/// leaves to Fast DDS (UDP and shared memory) is made here instead, so that it can be checked as
+/// well. Error: Configuration for TCP: what breaks it are its own messages, which no check sees.
 Result<void> guard_transports(fdds::DomainParticipantQos& qos, const Settings& settings,
                               const std::shared_ptr<GuardCounts>& counts) {
   using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
@@ -110,13 +110,14 @@ Result<void> guard_transports(fdds::DomainParticipantQos& qos, const Settings& s
     transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
     transports.push_back(std::make_shared<SharedMemTransportDescriptor>());
   }
+  const auto guard = std::make_shared<guard::Guard>(guard_options(settings));
   for (auto& transport : transports) {
     if (dynamic_cast<const eprosima::fastdds::rtps::TCPTransportDescriptor*>(transport.get()) !=
         nullptr)
       return Error{ErrorCode::kConfiguration, "dds.profile_file",
                    "has a TCP transport: Fast DDS 2.9 is ended by 18 bytes that it receives there",
                    "use UDP to peers, through a tunnel: deploy/network/README.md"};
-    transport = guarded(transport, counts, guard_options(settings));
+    transport = guarded(transport, counts, guard);
   }
   return {};
 }

@@ -97,7 +97,7 @@ void Guard::check(Bytes datagram, Ipv4 source, Clock::time_point now, Verdict& o
   const std::lock_guard lock(mutex_);
   budget_.held -= std::min(budget_.held, participants_.take_released());
   Message m{source, now, {}, nullptr, 0, false, out.patches};
-  m.sender.origin = {source, source != 0 && own_.has(source)};
+  m.sender.origin = {source, source == 0 || own_.has(source)};
   out.refusal = message(datagram, m);
 }
 
