@@ -181,7 +181,6 @@ void FolderDevice::forget(std::map<std::string, Pair>::iterator pair) {
 
 Result<bool> FolderDevice::grab(const FrameBuffers& out, FrameFacts& facts,
                                 FrameSource::Deadline deadline, DropCounts& dropped) {
-  const Stopwatch watch;
   for (;;) {
     if (auto looked = look(false); !looked) return looked.error();
     if (const std::uint64_t lost = std::exchange(too_many_, 0); lost > 0)
@@ -192,6 +191,7 @@ Result<bool> FolderDevice::grab(const FrameBuffers& out, FrameFacts& facts,
     std::sort(order.rbegin(), order.rend());
     for (const auto& [time, stem] : order) {
       const auto it = waiting_.find(stem);
+      const Stopwatch watch;
       auto state = judge(it->second, out, dropped);
       if (!state) return state.error();
       if (*state == State::kRefused) forget(it);

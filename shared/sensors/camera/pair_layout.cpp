@@ -11,7 +11,8 @@ namespace crane {
 namespace {
 
 constexpr std::uint32_t kShrink = 16;
-/// On the rig's six pairs, swapped, the wrong way differs by 0.2 to 0.6 of the right one.
+/// Swapped pairs of 12 simulated scenes differ the wrong way by 0.23 to 0.54 of the right one;
+/// where the floor's pattern repeats, 0.85 and 1.
 constexpr double kSurely = 0.7;
 
 /// Mean grey of cells of 16 x 16 pixels, times 64 and the channels.
