@@ -90,7 +90,7 @@ MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span
   // Standing still nothing new is seen; but what the pair blurs is sharpened on.
   const Eigen::Vector3d place = frame.T_map_rectified.translation();
   const bool stands = (place - last_place_).norm() < kStands_m && exposure > last_;
-  if (stands && !uncertain && exposure - last_ < kLongestPause_s * kNsPerSecond) return report;
+  if (stands && !uncertain && double(exposure - last_) < kLongestPause_s * 1e9) return report;
   last_place_ = place;
   PlacedImage image = placed_image(frame, exposure);
   const ViewSet set = choose_views(frame, image, keys_, kMostViews);
@@ -99,7 +99,7 @@ MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span
   if (set.proves_rest) {  // else it could be something that moves as steadily
     const double pause_s = std::clamp(double(exposure - last_) * 1e-9, 0.0, kLongestPause_s);
     look_at_cells(frame, image, set, std::size_t(kCellsPerSecond * pause_s), report);
-    fill(frame, set, depth_m, confidence, report);
+    fill(frame, depth_m, confidence, report);
   }
   if (uncertain && set.longest_m > kWorthwhile * frame.baseline_m)
     sharpen(frame, image, set, depth_m, confidence, report);
@@ -170,7 +170,7 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
   on_two_threads(work, work);
 }
 
-void MotionStereo::fill(const DepthFrame& f, const ViewSet& set, std::span<float> depth_m,
+void MotionStereo::fill(const DepthFrame& f, std::span<float> depth_m,
                         std::span<std::uint8_t> confidence, MotionReport& report) {
   const int width = int(f.width), height = int(f.height);
   std::vector<std::uint8_t> joined(depth_m.size());
@@ -206,8 +206,8 @@ void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSe
   std::atomic<std::size_t> refined{0};
   const auto work = [&](Meeting&) {
     CellProof proof(image, set);
-    for (int i = next++; i < most; i = next++) {
-      const int row = (next_sharp_ + i) % rows;
+    for (int turn = next++; turn < most; turn = next++) {
+      const int row = (next_sharp_ + turn) % rows;
       for (int column = 0; column < columns; ++column) {
         const std::size_t first =
             std::size_t(row) * kCellEdge * f.width + std::size_t(column) * kCellEdge;

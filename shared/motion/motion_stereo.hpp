@@ -38,8 +38,8 @@ class MotionStereo {
   /// Where the pair's baseline is short.
   void sharpen(DepthFrame& frame, const PlacedImage& image, const ViewSet& set,
                std::span<float> depth_m, std::span<std::uint8_t> confidence, MotionReport& report);
-  void fill(const DepthFrame& frame, const ViewSet& set, std::span<float> depth_m,
-            std::span<std::uint8_t> confidence, MotionReport& report);
+  void fill(const DepthFrame& frame, std::span<float> depth_m, std::span<std::uint8_t> confidence,
+            MotionReport& report);
 
   KeyFrames keys_;
   int columns_ = 0, rows_ = 0, next_row_ = 0, next_sharp_ = 0;
