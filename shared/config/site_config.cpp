@@ -334,7 +334,7 @@ std::string to_yaml(const SiteConfig& c) {
     << "  hosts: " << list(c.http.hosts) << "\n"
     << "camera:\n"
     << "  source: " << kCameraSources[static_cast<std::size_t>(c.camera.source)] << "\n"
-    << "  path: " << quoted(c.camera.path) << "\n"
+    << "  path: " << yaml_quoted(c.camera.path) << "\n"
     << "  latency_ms: " << c.camera.latency_ms << "\n"
     << "  remove: " << (c.camera.remove ? "true" : "false") << "\n"
     << "  layout: " << kLayouts[static_cast<std::size_t>(c.camera.layout)] << "\n"

@@ -116,17 +116,17 @@ void StatusReporter::tick(bool now) {
   static constexpr const char* kWords[] = {"ok", "degraded", "failed"};
   const std::string word = kWords[std::min<std::uint32_t>(status, v1::STATUS_FAILED)] +
                            (message.empty() ? "" : ": " + message);
-  std::vector<Gauge> figures = gauges;
+  std::vector<Gauge> all = gauges;
   for (const auto& [name, value] : values)
-    figures.push_back({name, "See the service's README.", value, {}});
+    all.push_back({name, "See the service's README.", value, {}});
   if (certificate_expires_ > 0)
-    figures.push_back({"certificate_expires_time_seconds",
-                       "When the certificate or its CA expires, Unix epoch.",
-                       double(certificate_expires_) * 1e-9,
-                       {}});
+    all.push_back({"certificate_expires_time_seconds",
+                   "When the certificate or its CA expires, Unix epoch.",
+                   double(certificate_expires_) * 1e-9,
+                   {}});
   if (health_)
     health_->tell({status != v1::STATUS_FAILED, status == v1::STATUS_OK, word,
-                   to_metrics(s, stages.histograms(), figures), s.crane(), service_});
+                   to_metrics(s, stages.histograms(), all), s.crane(), service_});
   // Does nothing where systemd does not ask for it.
   const std::string hangs = LoopWatch::of_process().trouble();
   sd_notify(
