@@ -50,6 +50,12 @@ class EarlyTiles {
     return out;
   }
 
+  /// Takes no memory, not even to begin anew.
+  void clear() noexcept {
+    waiting_.clear();
+    bytes_ = 0;
+  }
+
  private:
   struct Waiting {
     dds::ParticipantId writer;

@@ -249,8 +249,9 @@ void MapFollower::give_up(const char* why) noexcept {
   const std::unique_lock lock(mutex);
   held_ = HeldMap(held_.map_id(), held_.max_bytes());
   zones_.reset();
-  early_voxels_ = {};
-  early_heights_ = {};
+  early_voxels_.clear();
+  early_heights_.clear();
+  early_zones_.clear();
   changed_.clear();
   complete_at_ = {};
   resync_.rests(Steady::now());

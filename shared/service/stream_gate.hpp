@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <optional>
 
 namespace crane {
 
@@ -15,7 +14,8 @@ class SourceGate {
   explicit SourceGate(std::chrono::milliseconds silence) : silence_(silence) {}
 
   bool pass(const Source& source, Clock::time_point now = Clock::now()) {
-    if (source_ && *source_ != source && now - heard_ < silence_) return false;
+    if (any_ && source_ != source && now - heard_ < silence_) return false;
+    any_ = true;
     source_ = source;
     heard_ = now;
     return true;
@@ -23,7 +23,8 @@ class SourceGate {
 
  private:
   std::chrono::milliseconds silence_;
-  std::optional<Source> source_;
+  bool any_ = false;
+  Source source_{};
   Clock::time_point heard_{};
 };
 
