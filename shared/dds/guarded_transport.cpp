@@ -77,6 +77,10 @@ class Transport final : public ert::ChainingTransport {
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     const auto now = std::chrono::steady_clock::now();
     look_at_interfaces(now);
+    if (!told_self_.load(std::memory_order_relaxed) && descriptor_.counts()->has_self.load()) {
+      guard_.set_self(descriptor_.counts()->self);
+      told_self_ = true;
+    }
     thread_local guard::Verdict verdict;
     guard_.check({buffer, size}, source_of(remote), now, verdict);
     if (verdict.refusal != guard::Refusal::kNone) return refuse(verdict.refusal);
@@ -120,6 +124,7 @@ class Transport final : public ert::ChainingTransport {
   Descriptor descriptor_;
   guard::Guard guard_;
   std::atomic<std::int64_t> look_at_{0};
+  std::atomic<bool> told_self_{false};
 };
 
 ert::TransportInterface* Descriptor::create_transport() const {

@@ -6,6 +6,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -198,6 +199,9 @@ Result<std::shared_ptr<Participant>> Participant::create(
         "Fast DDS could not make its port there: the memory was taken meanwhile",
         "enlarge the tmpfs (containers: --shm-size=512m), or set dds.shared_memory: false"};
   }
+  std::copy_n(static_cast<const rtps::octet*>(impl->participant->guid().guidPrefix.value),
+              impl->guard->self.size(), impl->guard->self.begin());
+  impl->guard->has_self = true;
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
   if (settings.transport != Transport::kUdp) impl->segments = mark_segments(prefix.str());
