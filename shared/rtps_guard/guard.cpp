@@ -259,16 +259,13 @@ Refusal Guard::inline_qos(Cursor& c, std::uint32_t writer, Message& m, Disposal&
   return walk.refusal();
 }
 
-/// Fast DDS forgets whom it is told of: should it come back, it begins anew.
+/// Fast DDS may forget whom it is told of, and begin anew should it come back; or it may not, as
+/// the message was old to it. So the participant stays known, and its numbers count again.
 void Guard::dispose(std::uint32_t writer, const Disposal& disposal, Message& m) {
-  if (announces_participants(writer)) {
-    participants_.forget(disposal.subject);
-    m.participant = participants_.find(m.sender.prefix, m.now);
-  } else if (announces_endpoints(writer)) {
-    Participant* who = participants_.find(disposal.subject, m.now);
-    if (who == nullptr) return;
-    forget_numbers(*who, disposal.entity);
-  }
+  const bool all = announces_participants(writer);
+  if (!all && !announces_endpoints(writer)) return;
+  Participant* who = participants_.find(disposal.subject, m.now);
+  if (who != nullptr) forget_numbers(*who, all ? 0 : disposal.entity);
 }
 
 /// Of one writer, or of all (0).
