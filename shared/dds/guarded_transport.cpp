@@ -95,6 +95,10 @@ class Transport final : public ert::ChainingTransport {
     }
     const auto now = std::chrono::steady_clock::now();
     look_at_interfaces(now);
+    if (!told_self_.load(std::memory_order_relaxed) && descriptor_.counts()->has_self.load()) {
+      guard_.set_self(descriptor_.counts()->self);
+      told_self_ = true;
+    }
     thread_local guard::Verdict verdict;
     guard_->check({buffer, size}, source_of(remote), now, verdict);
     if (verdict.refusal != guard::Refusal::kNone) return refuse(verdict.refusal);
@@ -138,6 +142,7 @@ class Transport final : public ert::ChainingTransport {
   Descriptor descriptor_;
   std::shared_ptr<guard::Guard> guard_;
   std::atomic<std::int64_t> look_at_{0};
+  std::atomic<bool> told_self_{false};
 };
 
 ert::TransportInterface* Descriptor::create_transport() const {

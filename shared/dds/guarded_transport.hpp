@@ -15,6 +15,8 @@ namespace crane::dds {
 struct GuardCounts {
   std::atomic<std::uint64_t> refused{0};
   std::array<std::atomic<std::uint64_t>, std::size_t(guard::Refusal::kCount)> by_refusal{};
+  guard::Prefix self{};  ///< the participant's, set before has_self
+  std::atomic<bool> has_self{false};
 };
 
 /// A transport that hands on only what the guard finds sound: Debian's Fast DDS can be ended by one

@@ -7,6 +7,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -209,6 +210,9 @@ Result<std::shared_ptr<Participant>> Participant::create(
                  "enlarge the tmpfs (containers: --shm-size=512m), raise 'ulimit -n', or set "
                  "dds.shared_memory: false"};
   }
+  std::copy_n(static_cast<const rtps::octet*>(impl->participant->guid().guidPrefix.value),
+              impl->guard->self.size(), impl->guard->self.begin());
+  impl->guard->has_self = true;
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
   if (settings.transport != Transport::kUdp) impl->segments = mark_segments(prefix.str());

@@ -72,6 +72,7 @@ struct Guard::Message {
   Sender sender;
   Participant* participant = nullptr;
   std::uint16_t vendor = 0;
+  bool elsewhere = false;  ///< INFO_DST: for another participant
   bool decrypted = false;  ///< within a signed part: made by an authenticated peer
   Patches& patches;
 };
@@ -92,11 +93,16 @@ void Guard::set_own_addresses(std::vector<Ipv4> addresses) {
   own_.set(std::move(addresses));
 }
 
+void Guard::set_self(const Prefix& self) {
+  const std::lock_guard lock(mutex_);
+  self_ = self;
+}
+
 void Guard::check(Bytes datagram, Ipv4 source, Clock::time_point now, Verdict& out) {
   out.patches.clear();
   const std::lock_guard lock(mutex_);
   budget_.held -= std::min(budget_.held, participants_.take_released());
-  Message m{source, now, {}, nullptr, 0, false, out.patches};
+  Message m{source, now, {}, nullptr, 0, false, false, out.patches};
   m.sender.origin = {source, source == 0 || own_.has(source)};
   out.refusal = message(datagram, m);
 }
@@ -126,8 +132,7 @@ Refusal Guard::change_source(const Prefix& prefix, Message& m) {
   if (m.participant == nullptr) return Refusal::kNone;
   if (!m.sender.relay && !m.participant->lives_at(m.sender.origin)) return Refusal::kSpoofedSource;
   // Whatever it says keeps it alive. Else Fast DDS has forgotten its writers and begins anew.
-  if (m.now - m.participant->heard > m.participant->lease)
-    for (auto& [id, writer] : m.participant->writers) forget_numbers(writer);
+  if (m.now - m.participant->heard > m.participant->lease) forget_numbers(*m.participant, 0);
   m.participant->heard = m.now;
   return Refusal::kNone;
 }
@@ -170,8 +175,13 @@ Refusal Guard::submessage(const Submessage& s, Message& m) {
       std::copy_n(s.body.begin() + 8, prefix.size(), prefix.begin());
       return change_source(prefix, m);
     }
-    case kInfoDst:
-      return s.body.size() >= 12 ? Refusal::kNone : Refusal::kShort;
+    case kInfoDst: {
+      if (s.body.size() < 12) return Refusal::kShort;
+      Prefix to{};
+      std::copy_n(s.body.begin(), to.size(), to.begin());
+      if (to != Prefix{}) m.elsewhere = self_ != Prefix{} && to != self_;
+      return Refusal::kNone;
+    }
     case kData:
       return data(s, m);
     case kAckNack:
@@ -229,10 +239,12 @@ Refusal Guard::data(const Submessage& s, Message& m) {
   } else if (is_builtin(writer) && !has_qos) {
     return Refusal::kPayload;
   }
-  Writer* known = nullptr;
-  if (const Refusal flaw = writer_of(writer, m, known); flaw != Refusal::kNone) return flaw;
-  if (known != nullptr) track(*known, number, number + 1);
-  if (disposal.disposed) dispose(writer, disposal, m);
+  NumberTrack* numbers = nullptr;
+  std::uint64_t low = 0;
+  if (const Refusal flaw = numbers_of(reader, writer, m, numbers, low); flaw != Refusal::kNone)
+    return flaw;
+  if (numbers != nullptr) track(*numbers, number, number + 1);
+  if (disposal.disposed && !m.elsewhere) dispose(writer, disposal, m);
   return Refusal::kNone;
 }
 
@@ -247,22 +259,22 @@ Refusal Guard::inline_qos(Cursor& c, std::uint32_t writer, Message& m, Disposal&
   return walk.refusal();
 }
 
-/// Fast DDS forgets whom it is told of: should it come back, it begins anew.
+/// Fast DDS may forget whom it is told of, and begin anew should it come back; or it may not, as
+/// the message was old to it. So the participant stays known, and its numbers count again.
 void Guard::dispose(std::uint32_t writer, const Disposal& disposal, Message& m) {
-  if (announces_participants(writer)) {
-    participants_.forget(disposal.subject);
-    m.participant = participants_.find(m.sender.prefix, m.now);
-  } else if (announces_endpoints(writer)) {
-    Participant* who = participants_.find(disposal.subject, m.now);
-    if (who == nullptr) return;
-    for (auto& [id, known] : who->writers)
-      if (disposal.entity == 0 || disposal.entity == id) forget_numbers(known);
-  }
+  const bool all = announces_participants(writer);
+  if (!all && !announces_endpoints(writer)) return;
+  Participant* who = participants_.find(disposal.subject, m.now);
+  if (who != nullptr) forget_numbers(*who, all ? 0 : disposal.entity);
 }
 
-void Guard::forget_numbers(Writer& writer) {
-  budget_.held -= std::min(budget_.held, writer.numbers.held());
-  writer.numbers.forget();
+/// Of one writer, or of all (0).
+void Guard::forget_numbers(Participant& participant, std::uint32_t writer) {
+  std::erase_if(participant.numbers, [&](const auto& known) {
+    if (writer != 0 && known.first.second != writer) return false;
+    budget_.held -= std::min(budget_.held, known.second.held());
+    return true;
+  });
 }
 
 Refusal Guard::payload(std::uint32_t writer, Bytes bytes, std::size_t offset, Message& m,
@@ -272,6 +284,7 @@ Refusal Guard::payload(std::uint32_t writer, Bytes bytes, std::size_t offset, Me
   const BuiltinContext context{m.sender, own_, options_.domain};
   const Refusal flaw = read_builtin(writer, bytes, offset, context, announced, m.patches);
   if (flaw != Refusal::kNone) return flaw;
+  if (m.elsewhere) return Refusal::kNone;
   if (!disposal.disposed) return remember(writer, announced, m);
   disposal.subject = announced.subject;
   disposal.entity = announced.entity;
@@ -300,7 +313,7 @@ Refusal Guard::remember(std::uint32_t writer, const Announcement& announced, Mes
       return Refusal::kTooManyWriters;
     Writer& announced_writer = who->writers[announced.entity];
     // Whatever it sent before was to no reader of ours.
-    if (!std::exchange(announced_writer.announced, true)) forget_numbers(announced_writer);
+    if (!std::exchange(announced_writer.announced, true)) forget_numbers(*who, announced.entity);
     if (options_.largest_sample)
       announced_writer.largest_sample = options_.largest_sample(announced.topic);
   }
@@ -310,7 +323,7 @@ Refusal Guard::remember(std::uint32_t writer, const Announcement& announced, Mes
 /// Null for somebody who has not announced itself: Fast DDS does not listen to it.
 Refusal Guard::writer_of(std::uint32_t entity, Message& m, Writer*& out) {
   out = nullptr;
-  if (m.participant == nullptr) return Refusal::kNone;
+  if (m.participant == nullptr || m.elsewhere) return Refusal::kNone;
   auto& writers = m.participant->writers;
   const auto known = writers.find(entity);
   if (known == writers.end() && writers.size() >= Participants::kWritersOfOne)
@@ -319,25 +332,41 @@ Refusal Guard::writer_of(std::uint32_t entity, Message& m, Writer*& out) {
   return Refusal::kNone;
 }
 
-void Guard::track(Writer& writer, std::uint64_t from, std::uint64_t to) {
-  budget_.held -= std::min(budget_.held, writer.numbers.held());
-  writer.numbers.add(from, to);
-  budget_.held += writer.numbers.held();
+/// Null as above. low: what the reader certainly has, by what was for it or for all.
+Refusal Guard::numbers_of(std::uint32_t reader, std::uint32_t writer, Message& m, NumberTrack*& out,
+                          std::uint64_t& low) {
+  out = nullptr;
+  if (m.participant == nullptr || m.elsewhere) return Refusal::kNone;
+  auto& numbers = m.participant->numbers;
+  const auto known = numbers.find({reader, writer});
+  if (known == numbers.end() && numbers.size() >= Participants::kPairsOfOne)
+    return Refusal::kTooManyWriters;
+  out = known == numbers.end() ? &numbers[{reader, writer}] : &known->second;
+  const auto all = numbers.find({0, writer});
+  low = std::max(out->low(), all == numbers.end() ? 0 : all->second.low());
+  return Refusal::kNone;
+}
+
+void Guard::track(NumberTrack& numbers, std::uint64_t from, std::uint64_t to) {
+  budget_.held -= std::min(budget_.held, numbers.held());
+  numbers.add(from, to);
+  budget_.held += numbers.held();
 }
 
 Refusal Guard::heartbeat(const Submessage& s, Message& m) {
   Cursor c(s.body, s.little());
   if (!c.has(28)) return Refusal::kShort;
-  c.skip(4);
-  const std::uint32_t writer = entity(c.take(4));
+  const std::uint32_t reader = entity(c.take(4)), writer = entity(c.take(4));
   const std::uint64_t first = c.sequence(), last = c.sequence();
   const std::uint32_t count = c.u32();
   if (first > kLastNumber || last > kLastNumber || last + 1 < first)
     return Refusal::kSequenceNumber;
-  Writer* known = nullptr;
-  if (const Refusal flaw = writer_of(writer, m, known); flaw != Refusal::kNone) return flaw;
-  if (known == nullptr) return Refusal::kNone;
-  const std::uint64_t low = known->numbers.low();
+  if (!belong_together(reader, writer)) return Refusal::kUnknownWriter;
+  NumberTrack* numbers = nullptr;
+  std::uint64_t low = 0;
+  if (const Refusal flaw = numbers_of(reader, writer, m, numbers, low); flaw != Refusal::kNone)
+    return flaw;
+  if (numbers == nullptr) return Refusal::kNone;
   std::uint64_t begin = first;
   if (first > low + 1) {
     // A long way is gone in steps: a later heartbeat tells the rest.
@@ -347,54 +376,52 @@ Refusal Guard::heartbeat(const Submessage& s, Message& m) {
     if (begin != first) m.patches.put_sequence(s.offset + 8, begin, s.little());
   }
   // A stale one is not read by Fast DDS, as far as it has read the same.
-  if (!known->numbers.is_new_heartbeat(count)) return Refusal::kNone;
-  budget_.held -= std::min(budget_.held, known->numbers.held());
-  known->numbers.begin_at(begin);
-  budget_.held += known->numbers.held();
-  known->fragments.forget_below(begin);
+  if (!numbers->is_new_heartbeat(count)) return Refusal::kNone;
+  budget_.held -= std::min(budget_.held, numbers->held());
+  numbers->begin_at(begin);
+  budget_.held += numbers->held();
+  const auto known = m.participant->writers.find(writer);
+  if (known != m.participant->writers.end()) known->second.fragments.forget_below(begin);
   return Refusal::kNone;
 }
 
+/// Fast DDS goes through all of [start, base), whatever it has already, and keeps each number that
+/// is apart from what it has.
 Refusal Guard::gap(const Submessage& s, Message& m) {
   Cursor c(s.body, s.little());
   if (!c.has(24)) return Refusal::kShort;
-  c.skip(4);
-  const std::uint32_t writer = entity(c.take(4));
+  const std::uint32_t reader = entity(c.take(4)), writer = entity(c.take(4));
   const std::uint64_t start = c.sequence(), base = c.sequence();
   if (start == 0 || base < start || base > kLastNumber) return Refusal::kSequenceNumber;
   Cursor set = c;
   if (const Refusal flaw = set_flaw(set); flaw != Refusal::kNone) return flaw;
-  const std::uint64_t end = base + c.u32();
-  Writer* known = nullptr;
-  if (const Refusal flaw = writer_of(writer, m, known); flaw != Refusal::kNone) return flaw;
-  if (known == nullptr) return Refusal::kNone;
+  if (!belong_together(reader, writer)) return Refusal::kUnknownWriter;
+  NumberTrack* numbers = nullptr;
+  std::uint64_t low = 0;
+  if (const Refusal flaw = numbers_of(reader, writer, m, numbers, low); flaw != Refusal::kNone)
+    return flaw;
+  if (numbers == nullptr) return Refusal::kNone;
   constexpr std::uint64_t kShort = 1024;
-  const std::uint64_t low = known->numbers.low();
-  const bool contiguous = start <= low + 1;
-  if (end - start > kShort && end > low) {
-    std::uint64_t until = base;
-    if (contiguous && base > low + 1) {
-      const std::uint64_t steps =
-          budget_.take((base - 1 - low) * NumberBudget::kGapCosts, m.now) / NumberBudget::kGapCosts;
-      if (steps == 0) return Refusal::kNumberJump;
-      until = low + 1 + steps;
-      // From the first on: nothing of it is then kept in a set, whatever Fast DDS has got so far.
+  const auto affordable = [&](std::uint64_t walked) {
+    return budget_.take(walked * NumberBudget::kGapCosts, m.now) ==
+           walked * NumberBudget::kGapCosts;
+  };
+  std::uint64_t until = base;
+  if (base - start > kShort) {
+    if (start <= low + 1 && base <= NumberBudget::kLongestGap) {
+      // From the first on: nothing of it is then kept, whatever Fast DDS has got so far.
+      if (!affordable(base)) return Refusal::kNumberJump;
       m.patches.put_sequence(s.offset + 8, 1, s.little());
-    } else if (!contiguous) {
-      const std::uint64_t room =
-          NumberBudget::kHeld / 16 - std::min(NumberBudget::kHeld / 16, budget_.held / 16);
-      if (room < kShort) return Refusal::kNumberJump;
-      until = std::min(base, start + room);
+      track(*numbers, start, base);
+      return Refusal::kNone;
     }
-    if (until != base) {
-      m.patches.put_sequence(s.offset + 16, until, s.little());
-      m.patches.put32(s.offset + 24, 0, s.little());  // the set begins elsewhere
-    }
-    track(*known, start, until);
-    return Refusal::kNone;
+    until = start + kShort;  // the rest is asked for again
+    m.patches.put_sequence(s.offset + 16, until, s.little());
+    m.patches.put32(s.offset + 24, 0, s.little());  // the set begins elsewhere
   }
-  if (!contiguous && budget_.held >= NumberBudget::kHeld) return Refusal::kNumberJump;
-  track(*known, start, base);
+  if (until > low + 1 && !budget_.hold(until - start, m.now)) return Refusal::kNumberJump;
+  if (!affordable(until - start)) return Refusal::kNumberJump;
+  track(*numbers, start, until);
   return Refusal::kNone;
 }
 
@@ -427,7 +454,11 @@ Refusal Guard::data_frag(const Submessage& s, Message& m) {
   bool complete = false;
   const Refusal flaw = known->fragments.add(f, bound, complete);
   fragments_ += known->fragments.size() > before ? 1 : 0;
-  if (complete) track(*known, f.sample, f.sample + 1);
+  NumberTrack* numbers = nullptr;
+  std::uint64_t low = 0;
+  if (complete && numbers_of(reader, writer, m, numbers, low) == Refusal::kNone &&
+      numbers != nullptr)
+    track(*numbers, f.sample, f.sample + 1);
   if (fragments_ > kFragmentedSamples) bound_fragments();
   return flaw;
 }

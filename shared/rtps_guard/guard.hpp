@@ -31,6 +31,8 @@ class Guard {
   explicit Guard(Options options = {}) : options_(std::move(options)) {}
 
   void set_own_addresses(std::vector<Ipv4> addresses);
+  /// Whose guard it is: what is for others is not followed, as Fast DDS does not read it.
+  void set_self(const Prefix& self);
   /// `out` is reused: no memory is taken for a sound datagram of a known writer.
   void check(Bytes datagram, Ipv4 source, Clock::time_point now, Verdict& out);
 
@@ -51,13 +53,16 @@ class Guard {
   void dispose(std::uint32_t writer, const Disposal& disposal, Message& m);
   Refusal remember(std::uint32_t writer, const Announcement& announced, Message& m);
   Refusal writer_of(std::uint32_t entity, Message& m, Writer*& out);
-  void forget_numbers(Writer& writer);
-  void track(Writer& writer, std::uint64_t from, std::uint64_t to);
+  Refusal numbers_of(std::uint32_t reader, std::uint32_t writer, Message& m, NumberTrack*& out,
+                     std::uint64_t& low);
+  void forget_numbers(Participant& participant, std::uint32_t writer);
+  void track(NumberTrack& numbers, std::uint64_t from, std::uint64_t to);
   void bound_fragments();
 
   Options options_;
   std::mutex mutex_;
   OwnAddresses own_;
+  Prefix self_{};  ///< zeros: not known yet
   Participants participants_;
   NumberBudget budget_;
   std::size_t fragments_ = 0;  ///< samples that came in fragments, of all writers: an upper bound

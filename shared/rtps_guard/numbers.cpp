@@ -11,14 +11,27 @@ constexpr std::size_t kMostRanges = 512;
 
 }  // namespace
 
-std::uint64_t NumberBudget::take(std::uint64_t wanted, Clock::time_point now) {
-  if (filled_ != Clock::time_point{})
-    left_ = std::min(double(kAtOnce),
-                     left_ + std::chrono::duration<double>(now - filled_).count() * kPerSecond);
+void NumberBudget::fill(Clock::time_point now) {
+  if (filled_ != Clock::time_point{}) {
+    const double passed_s = std::chrono::duration<double>(now - filled_).count();
+    left_ = std::min(double(kAtOnce), left_ + passed_s * kPerSecond);
+    holdable_ = std::min(double(kHeld), holdable_ + passed_s * kHeldPerSecond);
+  }
   filled_ = now;
+}
+
+std::uint64_t NumberBudget::take(std::uint64_t wanted, Clock::time_point now) {
+  fill(now);
   const auto given = std::min(wanted, static_cast<std::uint64_t>(left_));
   left_ -= double(given);
   return given;
+}
+
+bool NumberBudget::hold(std::uint64_t wanted, Clock::time_point now) {
+  fill(now);
+  if (held + wanted > kHeld || double(wanted) > holdable_) return false;
+  holdable_ -= double(wanted);
+  return true;
 }
 
 bool NumberTrack::is_new_heartbeat(std::uint32_t count) {

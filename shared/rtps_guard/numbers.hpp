@@ -17,14 +17,21 @@ class NumberBudget {
   static constexpr std::uint64_t kAtOnce = 1U << 24U, kPerSecond = 1U << 22U;
   static constexpr std::uint64_t kGapCosts = 2;
   static constexpr std::uint64_t kHeld = 1U << 20U;  ///< 64 bytes each in Fast DDS
+  static constexpr std::uint64_t kHeldPerSecond = 1U << 14U;
+  static constexpr std::uint64_t kLongestGap = 1U << 22U;  ///< that is walked from number 1 on
 
   /// As many of `wanted` as may be walked now.
   std::uint64_t take(std::uint64_t wanted, Clock::time_point now);
 
+  /// Whether so many may be declared void one by one, which Fast DDS may have to keep.
+  bool hold(std::uint64_t wanted, Clock::time_point now);
+
   std::uint64_t held = 0;  ///< by all writers
 
  private:
-  double left_ = double(kAtOnce);
+  void fill(Clock::time_point now);
+
+  double left_ = double(kAtOnce), holdable_ = double(kHeld);
   Clock::time_point filled_{};
 };
 

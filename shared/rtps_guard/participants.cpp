@@ -17,7 +17,7 @@ bool Participant::lives_at(const Origin& origin) const {
 
 std::uint64_t Participant::held() const {
   std::uint64_t sum = 0;
-  for (const auto& [id, writer] : writers) sum += writer.numbers.held();
+  for (const auto& [pair, track] : numbers) sum += track.held();
   return sum;
 }
 

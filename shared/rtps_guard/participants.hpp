@@ -12,7 +12,6 @@
 namespace crane::guard {
 
 struct Writer {
-  NumberTrack numbers;
   FragmentTrack fragments;
   std::uint32_t largest_sample = 0;  ///< of its topic; 0: its topic is not known
   bool announced = false;
@@ -25,6 +24,8 @@ struct Participant {
   std::vector<Ipv4> addresses;    ///< where it came from at first, and what it named then
   bool this_host = false;
   std::map<std::uint32_t, Writer> writers;
+  /// By reader and writer, as Fast DDS has them; reader 0: for all of them.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, NumberTrack> numbers;
 
   [[nodiscard]] bool lives_at(const Origin& origin) const;
   [[nodiscard]] std::uint64_t held() const;
@@ -35,7 +36,7 @@ struct Participant {
 class Participants {
  public:
   static constexpr double kNewcomersAtOnce = 200, kNewcomersPerSecond = 10;
-  static constexpr std::size_t kMost = 1024, kWritersOfOne = 256;
+  static constexpr std::size_t kMost = 1024, kWritersOfOne = 256, kPairsOfOne = 1024;
 
   /// Null if not known, or not heard for longer than a lease.
   Participant* find(const Prefix& prefix, Clock::time_point now);

@@ -241,6 +241,49 @@ TEST(RtpsGuard, ForgetsNumbersWhenFastDdsDoesSoThatNoneIsWalkedUnseen) {
   }
 }
 
+TEST(RtpsGuard, WhoMayStillBeListenedToIsNotForgottenForAnEndThatFastDdsMayNotBelieve) {
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  // A key alone says no end, and an old message is not read.
+  const Datagram key = Rtps::list({Rtps::parameter(0x50, Rtps::guid(Rtps::kMe, 0x1C1))});
+  ASSERT_EQ(watch(Rtps().data(Rtps::kSpdp, 1, key, 8)), Refusal::kNone);
+  for (std::uint32_t n = 1; n < 3; ++n) {
+    const Refusal found = watch(Rtps().heartbeat(kWriter, 1ULL << 60U, 1ULL << 60U, n));
+    EXPECT_TRUE(found == Refusal::kNumberJump || !watch.verdict.patches.empty()) << n;
+    EXPECT_EQ(watch(Rtps().gap(kWriter, 1, 1ULL << 40U)), Refusal::kNumberJump);
+  }
+}
+
+TEST(RtpsGuard, AGapCostsWhatIsWalkedAlsoIfItSaysNothingNew) {
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  int passed = 0;
+  for (int i = 0; i < 100; ++i)
+    passed += watch(Rtps().gap(kWriter, 1, 1U << 20U)) == Refusal::kNone ? 1 : 0;
+  EXPECT_GT(passed, 0);
+  EXPECT_LE(passed, int(NumberBudget::kAtOnce / NumberBudget::kGapCosts >> 20U));
+}
+
+TEST(RtpsGuard, WhatOneReaderWasToldIsNotKnownToAnotherNorWhatIsForAnotherParticipant) {
+  const Rtps::Prefix self = {5, 5, 5}, other = {6, 6, 6};
+  const auto jump = [](std::uint32_t reader, std::uint32_t count) {
+    return Rtps::cat({Rtps::entity(reader), Rtps::entity(kWriter), Rtps::number(1U << 23U),
+                      Rtps::number(1U << 23U), Rtps::u32(count)});
+  };
+  Watch watch;
+  watch.guard.set_self(self);
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  for (std::uint32_t n = 1; n < 9; ++n)
+    ASSERT_EQ(
+        watch(Rtps().add(0x0E, 0, Datagram(other.begin(), other.end())).add(7, 2, jump(0x1004, n))),
+        Refusal::kNone)
+        << "it costs us nothing";
+  int passed = 0;
+  for (std::uint32_t reader = 1; reader < 9; ++reader)
+    passed += watch(Rtps().add(7, 2, jump(reader << 8U | 4U, 1))) == Refusal::kNone ? 1 : 0;
+  EXPECT_LE(passed, 3) << "each is walked";
+}
+
 TEST(RtpsGuard, GapsHoldLittleMemoryAndBeginWhereNothingIsKept) {
   Watch watch;
   ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
