@@ -19,7 +19,7 @@ constexpr double kJump = 0.004;
 constexpr double kDelay_s = 0.25, kScale = 0.02;
 /// A way back instead of a way: a scale of -2, near enough.
 constexpr double kReversed = 0.4;
-constexpr unsigned kLeastRowPatches = 60;
+constexpr unsigned kLeastRowPatches = 12;
 constexpr int kLeastRowFrames = 3;
 constexpr double kRowFrames = 10;  ///< what is said of rows is the mean of about so many frames
 /// Disparities err together, by their being drawn to whole pixels [share of one's sigma].
