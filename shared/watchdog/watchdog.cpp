@@ -45,7 +45,6 @@ void Watchdog::begin_anew() {
 }
 
 bool Watchdog::look(const DepthFrame& frame, const Sight& sight) {
-  add_rows(sight.rows);
   look_at(frame, view_);
   // Disparities that are all wrong by the same make all depths, and so all ways, wrong by it.
   const double disparity_px = frame.f_px * frame.baseline_m / height_m_;
@@ -57,19 +56,17 @@ bool Watchdog::look(const DepthFrame& frame, const Sight& sight) {
   return followed && state_ != WatchState::kWrong;
 }
 
-void Watchdog::add_rows(const RowError& r) {
+void Watchdog::see_rows(const RowError& r) {
   if (r.patches < kLeastRowPatches) return;
   ++row_frames_;
-  if (rows_.patches == 0) {
-    rows_ = r;
-    return;
-  }
+  if (rows_.patches == 0) rows_ = r;
   const double share = std::max(1. / row_frames_, 1 / kRowFrames);
   const auto mean = [share](double& to, double from) { to += share * (from - to); };
   mean(rows_.offset_px, r.offset_px), mean(rows_.offset_sigma_px, r.offset_sigma_px);
   mean(rows_.roll_rad, r.roll_rad), mean(rows_.roll_sigma_rad, r.roll_sigma_rad);
   mean(rows_.slope, r.slope), mean(rows_.slope_sigma, r.slope_sigma);
   rows_.patches = r.patches;
+  judge();
 }
 
 // ------------------------------------------------------------------ Images against positions.
