@@ -256,7 +256,7 @@ void Watchdog::judge_motion() {
              kClearMotion);
   }
   if (!long_enough) return;
-  if (cart.turn.known() && trolley.turn.known())
+  if (cart.turn.known() || trolley.turn.known())
     consider(Suspect::kTurned, both(cart.turn, trolley.turn, -1), limits_.turn_rad, kClearMotion);
   const Figure& c = cart.delay_s;
   const Figure& t = trolley.delay_s;
