@@ -211,6 +211,7 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
     if (cause) hoist_.prove_nothing();
     return cause;
   };
+  if (watched_) watchdog_.see_rows(cloud.rows);
   const bool confirmed = place.known == PositionTrack::Lookup::kFound;
   if (confirmed)
     if (report.refused = disagrees(); report.refused) return report;
@@ -257,9 +258,8 @@ Eigen::Isometry3d MappingPipeline::T_map_rectified(const CloudSample& cloud,
 
 std::optional<Cause> MappingPipeline::disagrees_with_calibration(const CloudSample& cloud,
                                                                  const Gantry::Place& place) {
-  if (!watched_ ||
-      watchdog_.look(cloud.frame, {cloud.exposure_time, place.map_m,
-                                   speed_mps(cloud.exposure_time, place.map_m), cloud.rows}))
+  if (!watched_ || watchdog_.look(cloud.frame, {cloud.exposure_time, place.map_m,
+                                                speed_mps(cloud.exposure_time, place.map_m)}))
     return std::nullopt;
   return watchdog_.state() == WatchState::kWrong ? Cause::kWatchdogWrong : Cause::kImageContradicts;
 }

@@ -135,7 +135,7 @@ std::vector<RowSample> measure_rows(const GreyView& left, const GreyView& right,
 
 RowError row_error(const GreyView& left, const GreyView& right,
                    std::span<const std::int16_t> disparity) {
-  constexpr unsigned kEnough = 20;
+  constexpr unsigned kEnough = 12;
   constexpr double kFirst_px = 6, kLeast_px = 0.25;  ///< what lies farther off the fit is left out
   const std::vector<RowSample> samples = measure_rows(left, right, disparity);
   RowError out;

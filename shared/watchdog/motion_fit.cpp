@@ -11,6 +11,28 @@ constexpr double kScale = 1, kTurn = 0.2, kDelay_s = 0.3;
 /// Of a reading of one rangefinder, and of images from key to key [m].
 constexpr double kNoise_m = 0.001;
 
+/// Ways shorter than this, and speeds that differ by less, tell nothing; speeds are over so long.
+constexpr double kLeastWay_m = 0.15, kLeastSpeed_mps = 0.1, kSpeedOver_s = 0.08;
+
+struct Spread {
+  double range = 0, variance = 1e-12;
+};
+
+template <class Value>
+Spread spread(const std::vector<MotionSample>& samples, Value value) {
+  double low = value(samples.front());
+  double high = low;
+  double sum = 0;
+  double squares = 0;
+  for (const MotionSample& s : samples) {
+    const double v = value(s) - value(samples.front());
+    low = std::min(low, value(s)), high = std::max(high, value(s));
+    sum += v, squares += v * v;
+  }
+  const auto n = double(samples.size());
+  return {high - low, std::max(1e-12, squares / n - sum / n * sum / n)};
+}
+
 struct Solution {
   Eigen::VectorXd value;
   Eigen::MatrixXd covariance;  ///< for errors of 1 m
@@ -80,12 +102,22 @@ AxisFit fit_axis(const std::vector<MotionSample>& samples, int axis) {
   double told_m = kNoise_m;
   for (const MotionSample& m : samples) told_m = std::max(told_m, m.sigma_m);
   const double noise_m = std::hypot(fit.rest_m / std::sqrt(left), told_m) / std::sqrt(independent);
-  const auto figure = [&](int i) {
-    return Figure{s.value[i], noise_m * std::sqrt(std::max(0.0, s.covariance(i, i)))};
+  // Readings err in the way as well as in what images find too much of it: where an axis hardly
+  // moves, that alone looks like a scale of -1. Said is only what is far beyond it.
+  const Spread way = spread(samples, [axis](const MotionSample& m) { return m.place_m[axis]; });
+  const Spread other =
+      spread(samples, [axis](const MotionSample& m) { return m.place_m[1 - axis]; });
+  const Spread speed = spread(samples, [axis](const MotionSample& m) { return m.speed_mps[axis]; });
+  const double noise_m2 = fit.rest_m * fit.rest_m;
+  const auto figure = [&](int i, bool told, double bias) {
+    if (!told) return Figure{};
+    return Figure{s.value[i],
+                  std::hypot(bias, noise_m * std::sqrt(std::max(0.0, s.covariance(i, i))))};
   };
-  fit.scale = figure(1);
-  fit.turn = figure(2);
-  fit.delay_s = figure(3);
+  fit.scale = figure(1, way.range > kLeastWay_m, noise_m2 / way.variance);
+  fit.turn = figure(2, other.range > kLeastWay_m, 0);
+  fit.delay_s = figure(3, speed.variance > kLeastSpeed_mps * kLeastSpeed_mps,
+                       noise_m2 / (kSpeedOver_s * speed.variance));
   return fit;
 }
 

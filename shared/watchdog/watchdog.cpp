@@ -19,7 +19,7 @@ constexpr double kJump = 0.004;
 constexpr double kDelay_s = 0.25, kScale = 0.02;
 /// A way back instead of a way: a scale of -2, near enough.
 constexpr double kReversed = 0.4;
-constexpr unsigned kLeastRowPatches = 60;
+constexpr unsigned kLeastRowPatches = 12;
 constexpr int kLeastRowFrames = 3;
 constexpr double kRowFrames = 10;  ///< what is said of rows is the mean of about so many frames
 /// Disparities err together, by their being drawn to whole pixels [share of one's sigma].
@@ -45,7 +45,6 @@ void Watchdog::begin_anew() {
 }
 
 bool Watchdog::look(const DepthFrame& frame, const Sight& sight) {
-  add_rows(sight.rows);
   look_at(frame, view_);
   // Disparities that are all wrong by the same make all depths, and so all ways, wrong by it.
   const double disparity_px = frame.f_px * frame.baseline_m / height_m_;
@@ -57,19 +56,17 @@ bool Watchdog::look(const DepthFrame& frame, const Sight& sight) {
   return followed && state_ != WatchState::kWrong;
 }
 
-void Watchdog::add_rows(const RowError& r) {
+void Watchdog::see_rows(const RowError& r) {
   if (r.patches < kLeastRowPatches) return;
   ++row_frames_;
-  if (rows_.patches == 0) {
-    rows_ = r;
-    return;
-  }
+  if (rows_.patches == 0) rows_ = r;
   const double share = std::max(1. / row_frames_, 1 / kRowFrames);
   const auto mean = [share](double& to, double from) { to += share * (from - to); };
   mean(rows_.offset_px, r.offset_px), mean(rows_.offset_sigma_px, r.offset_sigma_px);
   mean(rows_.roll_rad, r.roll_rad), mean(rows_.roll_sigma_rad, r.roll_sigma_rad);
   mean(rows_.slope, r.slope), mean(rows_.slope_sigma, r.slope_sigma);
   rows_.patches = r.patches;
+  judge();
 }
 
 // ------------------------------------------------------------------ Images against positions.
@@ -259,7 +256,7 @@ void Watchdog::judge_motion() {
              kClearMotion);
   }
   if (!long_enough) return;
-  if (cart.turn.known() && trolley.turn.known())
+  if (cart.turn.known() || trolley.turn.known())
     consider(Suspect::kTurned, both(cart.turn, trolley.turn, -1), limits_.turn_rad, kClearMotion);
   const Figure& c = cart.delay_s;
   const Figure& t = trolley.delay_s;

@@ -91,8 +91,9 @@ class Watchdog {
     TimeNs exposure = 0;
     Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< cart, trolley
     Eigen::Vector2d speed_mps = Eigen::Vector2d::Zero();
-    RowError rows;
   };
+  /// The pair's row error needs no position: of every frame, before look().
+  void see_rows(const RowError& rows);
   /// True: the frame may be used. Cost: 1 to 2 ms at 1280 x 720.
   bool look(const DepthFrame& frame, const Sight& sight);
 
@@ -115,7 +116,6 @@ class Watchdog {
   void judge_motion();
   [[nodiscard]] bool long_enough_to_judge() const;
   void settle();
-  void add_rows(const RowError& rows);
   void judge();
   void judge_pending();
   void consider(Suspect suspect, const Figure& figure, const WatchdogLimits::Pair& limits,
