@@ -96,7 +96,7 @@ class Transport final : public ert::ChainingTransport {
     const auto now = std::chrono::steady_clock::now();
     look_at_interfaces(now);
     if (!told_self_.load(std::memory_order_relaxed) && descriptor_.counts()->has_self.load()) {
-      guard_.set_self(descriptor_.counts()->self);
+      guard_->set_self(descriptor_.counts()->self);
       told_self_ = true;
     }
     thread_local guard::Verdict verdict;

@@ -56,7 +56,7 @@ class Positions {
     dds::Settings settings;
     settings.domain = static_cast<std::uint32_t>(std::stoi(domain));
     participant_ = *dds::Participant::create(settings, "test");
-    reader_.emplace(*dds::Reader<dds::RangefinderPositionTopic>::create(participant_));
+    reader_.emplace(*dds::Reader<dds::RangefinderPositionTopic>::create(participant_, nullptr));
   }
   /// Of an axis, once one that is `good` or not arrives; nothing after 20 s.
   std::optional<v1::RangefinderPosition> next(std::uint32_t axis, bool good) {

@@ -69,6 +69,7 @@ NESTED(Zone, ZONE)
 NESTED(ClearancePose, CLEARANCE_POSE)
 NESTED(DropCount, DROP_COUNT)
 NESTED(StageTime, STAGE_TIME)
+NESTED(StatusFigure, STATUS_FIGURE)
 #define TOPIC_FUNCTIONS(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) \
   NESTED(T, FIELDS)
 ALL_TOPICS(TOPIC_FUNCTIONS)
