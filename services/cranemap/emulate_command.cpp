@@ -110,7 +110,8 @@ class Outlet {
     std::error_code ignored;
     if (fs::is_symlink(port_, ignored)) fs::remove(port_, ignored);
     std::error_code error;
-    fs::create_symlink(name.data(), port_, error);
+    const std::string terminal = name.data();
+    fs::create_symlink(terminal, port_, error);
     if (error) return failed(error.message());
     linked_ = true;
     return {};
