@@ -96,9 +96,9 @@ class Outlet {
     if (plugged()) return {};
     if (port_.starts_with("udp://") || port_.starts_with("tcp://")) return plug_socket();
     fd_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (fd_ < 0 || grantpt(fd_) != 0 || unlockpt(fd_) != 0) return failed("no pseudo-terminal");
+    if (fd_ < 0 || grantpt(fd_) != 0 || unlockpt(fd_) != 0) return refuse("no pseudo-terminal");
     std::array<char, 128> name{};
-    if (ptsname_r(fd_, name.data(), name.size()) != 0) return failed("no pseudo-terminal");
+    if (ptsname_r(fd_, name.data(), name.size()) != 0) return refuse("no pseudo-terminal");
     // Raw from the start: nothing is echoed before the other side has opened it.
     if (const int other = open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC); other >= 0) {
       termios raw{};
@@ -109,10 +109,9 @@ class Outlet {
     }
     std::error_code ignored;
     if (fs::is_symlink(port_, ignored)) fs::remove(port_, ignored);
-    std::error_code error;
-    const std::string terminal = name.data();
-    fs::create_symlink(terminal, port_, error);
-    if (error) return failed(error.message());
+    std::error_code failed;
+    fs::create_symlink(name.data(), port_, failed);
+    if (failed) return refuse(failed.message());
     linked_ = true;
     return {};
   }
@@ -145,7 +144,7 @@ class Outlet {
   }
 
  private:
-  Result<void> failed(const std::string& why) {
+  Result<void> refuse(const std::string& why) {
     unplug();
     return Error{ErrorCode::kResource, port_, "cannot be emulated: " + why,
                  "choose another --port"};
@@ -157,7 +156,7 @@ class Outlet {
     at.sin_family = AF_INET;
     at.sin_port = htons(static_cast<std::uint16_t>(std::atoi(port_.c_str() + colon + 1)));
     if (inet_pton(AF_INET, port_.substr(6, colon - 6).c_str(), &at.sin_addr) != 1)
-      return failed("its host must be an IPv4 address");
+      return refuse("its host must be an IPv4 address");
     const int fd =
         socket(AF_INET, (udp ? SOCK_DGRAM : SOCK_STREAM) | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     (udp ? fd_ : listener_) = fd;
@@ -166,7 +165,7 @@ class Outlet {
     const auto* address = reinterpret_cast<const sockaddr*>(&at);
     if (udp ? connect(fd, address, sizeof at) != 0
             : bind(fd, address, sizeof at) != 0 || listen(fd, 1) != 0)
-      return failed(std::strerror(errno));
+      return refuse(std::strerror(errno));
     return {};
   }
   void accept_one() {
