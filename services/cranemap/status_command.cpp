@@ -45,10 +45,19 @@ void print(const client::Status& s, double lower_bounds) {
               s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs, lower_bounds);
 }
 
-/// What the mapper's watchdog measures, with standard deviations; as YAML.
-void print_figures(dds::Reader<dds::ServiceStatusTopic>& statuses) {
+/// What the mapper's watchdog measures, with standard deviations; as YAML. Who may not read that,
+/// by its permissions, is told so.
+void print_figures(const SiteConfig& site) {
+  dds::Settings settings = to_settings(site, "dashboard");
+  // Takes no shared memory away from those that need it.
+  if (settings.transport == dds::Transport::kAuto) settings.transport = dds::Transport::kUdp;
+  auto participant = dds::Participant::create(settings, "cranemap-status");
+  if (!participant) return log_warning("no figures: " + participant.error().text());
+  auto reader = dds::Reader<dds::ServiceStatusTopic>::create(*participant, nullptr);
+  if (!reader) return log_warning("no figures: " + reader.error().text());
+  dds::Reader<dds::ServiceStatusTopic>& statuses = *reader;
   v1::ServiceStatus mapper;
-  for (const Stopwatch watch; mapper.pid() == 0 && watch.ms() < 1500 && !stop_requested();) {
+  for (const Stopwatch watch; mapper.pid() == 0 && watch.ms() < 2500 && !stop_requested();) {
     while (const auto sample = statuses.take())
       if ((*sample)->service() == v1::SERVICE_MAPPER) mapper = **sample;
     if (mapper.pid() == 0) std::this_thread::sleep_for(20ms);
@@ -88,16 +97,6 @@ int status(const Options& options) {
     log_error(site.error().text());
     return exit_code(site.error());
   }
-  auto participant = dds::Participant::create(to_settings(*site, "dashboard"), "cranemap-status");
-  if (!participant) {
-    log_error(participant.error().text());
-    return exit_code(participant.error());
-  }
-  auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, nullptr);
-  if (!statuses) {
-    log_error(statuses.error().text());
-    return kExitResource;
-  }
   std::string why;
   const auto map = client::Map::join(client_options(*site, "dashboard"), why);
   if (!map) {
@@ -115,7 +114,7 @@ int status(const Options& options) {
     s = map->status();
   }
   print(s, lower_bound_share(*map));
-  print_figures(*statuses);
+  print_figures(*site);
   return good() ? kExitOk : kExitResource;
 }
 

@@ -207,7 +207,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
     factory->delete_participant(impl->participant);
     return Error{ErrorCode::kResource, "/dev/shm",
                  "Fast DDS could not make its port there: no memory or no file descriptors left",
-                 "enlarge the tmpfs (containers: --shm-size=512m), raise 'ulimit -n', or set "
+                 "enlarge the tmpfs (containers: --shm-size=1g), raise 'ulimit -n', or set "
                  "dds.shared_memory: false"};
   }
   std::copy_n(static_cast<const rtps::octet*>(impl->participant->guid().guidPrefix.value),

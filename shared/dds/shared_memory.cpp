@@ -275,7 +275,7 @@ Result<void> check_shared_memory(std::uint64_t needed, const std::string& direct
       ErrorCode::kResource, directory,
       "has " + std::to_string(free_bytes >> 20U) + " MiB free, " + std::to_string(needed >> 20U) +
           " MiB are needed",
-      "containers: --shm-size=512m; else enlarge the tmpfs, or set dds.shared_memory: false"};
+      "containers: --shm-size=1g; else enlarge the tmpfs, or set dds.shared_memory: false"};
 }
 
 }  // namespace crane::dds
