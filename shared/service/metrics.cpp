@@ -24,6 +24,13 @@ std::string label(const std::string& text) {
   return out;
 }
 
+/// Prometheus' own tool does not like metres to be called m.
+std::string with_unit_spelt_out(std::string name) {
+  for (const auto& [end, unit] : {std::pair{"_m", "_meters"}, {"_s", "_seconds"}})
+    if (name.ends_with(end)) return name.replace(name.size() - 2, 2, unit);
+  return name;
+}
+
 double entries(const char* folder) {
   std::error_code failed;
   double count = 0;
@@ -102,7 +109,7 @@ std::string to_metrics(const v1::ServiceStatus& s, const std::vector<StageHistog
     t.value("cranemap_stage_duration_seconds_count", double(h.count), stage);
   }
   for (const v1::StatusFigure& f : s.figures()) {
-    const std::string full = std::string("cranemap_") + f.name().c_str();
+    const std::string full = "cranemap_" + with_unit_spelt_out(f.name().c_str());
     t.family(full.c_str(), "gauge", "Measured by the watchdog; see shared/watchdog/README.md.");
     t.value(full, f.value());
     const std::string sigma = full + "_sigma";
