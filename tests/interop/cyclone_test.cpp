@@ -12,6 +12,7 @@
 #include "dds/endpoints.hpp"
 #include "integration/domain.hpp"
 #include "samples.h"
+#include "set_fields.hpp"
 
 namespace crane::test {
 namespace {
@@ -19,18 +20,6 @@ namespace {
 using namespace std::chrono_literals;
 
 // ------------------------------------------------- the fields of samples.h, for generated C++
-
-#define SET_F(f, v) s.f(v);
-#define SET_S(f, v) s.f(v);
-#define SET_B(f, n) \
-  s.f().resize(n);  \
-  for (std::size_t i = 0; i < (n); ++i) s.f()[i] = BYTE_AT(i);
-#define SET_A(f, n, v) \
-  for (std::size_t i = 0; i < (n); ++i) s.f()[i] = v;
-#define SET_O(f, T, FIELDS) set(s.f(), 0);
-#define SET_Q(f, T, n, FIELDS) \
-  s.f().resize(n);             \
-  for (std::size_t q = 0; q < (n); ++q) set(s.f()[q], q);
 
 template <class A, class B>
 bool same(const A& is, const B& should) {

@@ -315,8 +315,6 @@ TEST(DistanceDevice, ConnectsAgainAfterRefusalAndUnplugging) {
   source->refused = 2;
   source->script = {DeviceSaid{Kind::kDistance, 4.5, "", 0}, std::nullopt,
                     DeviceSaid{Kind::kDistance, 4.6, "", 0}};
-  const Scripted& device = *source;
-  (void)device;
   const Followed f = follow(std::move(source), config_of(Device::kDimetix), 5);
   ASSERT_EQ(f.readings.size(), 5U);
   EXPECT_FALSE(f.readings[0].good);
