@@ -218,7 +218,7 @@ TEST(GuardDifferential, FastDdsReceivesTheSamplesOfTheSubmessagesThatTheGuardSee
   std::mt19937 random(2);
   std::uint64_t number = 0;
   std::set<std::uint64_t> seen;
-  int refused = 0, unaligned = 0;
+  int refused = 0, unaligned = 0, sent = 0;
   for (int i = 0; i < 20'000; ++i) {
     const Datagram d = made_up(random, reader.entity(), number);
     guard::Guard guard;
@@ -238,7 +238,10 @@ TEST(GuardDifferential, FastDdsReceivesTheSamplesOfTheSubmessagesThatTheGuardSee
       seen.insert(c.sequence());
     }
     ASSERT_GT(sendto(out, d.data(), d.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
-    if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    // A socket buffer holds these few: on a busy machine too, none is lost but by the reader.
+    if (++sent % 50 != 0) continue;
+    ASSERT_TRUE(test::eventually([&] { return reader.listener.got() == seen; }))
+        << reader.listener.got().size() << " of " << seen.size() << " after message " << i;
   }
   close(out);
   EXPECT_TRUE(test::eventually([&] { return reader.listener.got() == seen; }))
