@@ -1,7 +1,6 @@
 #include "camera_service.hpp"
 
 #include <CLI/CLI.hpp>
-#include <ctime>
 #include <memory>
 #include <optional>
 #include <random>
@@ -9,12 +8,11 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "camera_device.hpp"
 #include "geometry/calibration_digest.hpp"
 #include "recording/calibration.hpp"
 #include "recording_source.hpp"
-#include "sensors/camera/folder_device.hpp"
 #include "sensors/camera/live_source.hpp"
-#include "sensors/camera/v4l2_device.hpp"
 #include "service/player.hpp"
 #include "service/run_service.hpp"
 
@@ -60,53 +58,7 @@ Result<Opened> open_recording(const PlayOptions& asked, ServiceContext& context)
   return Opened{std::move(source), false, expected, calibration};
 }
 
-/// Both clocks as near to one moment as can be: the wall clock between two looks at the other.
-ClockPair both_clocks() {
-  const auto monotonic = [] {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * kNsPerSecond + t.tv_nsec;
-  };
-  const TimeNs before = monotonic();
-  const TimeNs epoch = SystemClock().now();
-  return {before + (monotonic() - before) / 2, epoch};
-}
-
-const SystemClock kNow;
 const MonotonicClock kSteady;
-
-Result<std::unique_ptr<StereoDevice>> make_device(const CameraConfig& config,
-                                                  const std::optional<StereoRig>& rig) {
-  const TimeNs latency = config.latency_ms * (kNsPerSecond / 1000);
-  if (config.source == CameraConfig::Source::kFolder)
-    return std::unique_ptr<StereoDevice>(std::make_unique<FolderDevice>(
-        FolderOptions{config.path, latency, config.remove, rig}, kNow, kSteady));
-  V4l2Options o;
-  o.path = config.path;
-  o.layout = static_cast<PairLayout>(config.layout);
-  o.width = static_cast<std::uint32_t>(config.width);
-  o.height = static_cast<std::uint32_t>(config.height);
-  o.rate_hz = config.rate_hz;
-  o.swap = config.swap;
-  o.latency = latency;
-  if (config.exposure_100us > 0) o.exposure = config.exposure_100us;
-  if (config.gain >= 0) o.gain = config.gain;
-  if (config.brightness > 0) o.brightness = config.brightness;
-  const std::string size = std::to_string(o.width) + " x " + std::to_string(o.height);
-  if (std::uint64_t{o.width} * o.height > v1::MAX_PIXELS)
-    return Error{ErrorCode::kConfiguration, "camera.width",
-                 size + " is more than the " + std::to_string(v1::MAX_PIXELS) +
-                     " pixels that an image may have",
-                 "use a smaller mode of the camera"};
-  if (rig && (rig->left.width != o.width || rig->left.height != o.height ||
-              rig->right.width != o.width || rig->right.height != o.height))
-    return Error{ErrorCode::kConfiguration, "camera.width",
-                 size + " is not the size of the calibration, " + std::to_string(rig->left.width) +
-                     " x " + std::to_string(rig->left.height),
-                 "use the calibration of this camera in this mode"};
-  return std::unique_ptr<StereoDevice>(
-      std::make_unique<V4l2Device>(std::move(o), kernel_v4l2(), both_clocks));
-}
 
 Result<Opened> open_live(const Options& options, const CameraConfig& config) {
   Opened out;
@@ -121,11 +73,15 @@ Result<Opened> open_live(const Options& options, const CameraConfig& config) {
         "without --calibration frames do not say which one they belong to: a wrong one at "
         "cranemap-stereo is then not found out");
   }
-  auto device = make_device(config, rig);
+  auto device = make_camera_device(config, rig);
   if (!device) return device.error();
   const auto sleep_until = [](TimeNs time) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(time - kSteady.now()));
   };
+  if (config.for_viewing) {
+    out.calibration = kCalibrationForViewing;
+    log_warning("camera.for_viewing: pictures are published to be looked at, none is mapped");
+  }
   out.source = std::make_unique<LiveSource>(std::move(*device), kSteady, sleep_until, [] {
     return (std::uint64_t{std::random_device{}()} << 32U) | std::random_device{}() | 1U;
   });
@@ -205,9 +161,12 @@ class Camera {
     sample->calibration(opened_.calibration);
     sample->width(facts.width);
     sample->height(facts.height);
+    if (opened_.live && status().stream != facts.stream)
+      log_info("camera: connected; " + opened_.source->about());
     status().stream = facts.stream;
     status().stages.add("decode", facts.decode_ms);
     status().stages.add("fill", facts.fill_ms);
+    if (opened_.live) status().stages.add("arrival jitter", facts.late_ms);
     if (opened_.live)
       status().stages.add("exposure to published",
                           double(SystemClock().now() - facts.exposure_time) * 1e-6);

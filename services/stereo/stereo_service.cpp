@@ -91,8 +91,11 @@ class Service {
       return refuse(Cause::kSecondCamera,
                     "frames of two cameras arrive: stop one, or give it another crane number");
     track(**received);
-    if (const std::uint64_t theirs = (*received)->calibration();
-        theirs != 0 && theirs != calibration_)
+    if (const std::uint64_t theirs = (*received)->calibration(); theirs == kCalibrationForViewing)
+      return refuse(Cause::kNoCaptureTime,
+                    "the camera's pictures are for viewing only (camera.for_viewing): nobody says "
+                    "when they were taken");
+    else if (theirs != 0 && theirs != calibration_)
       return refuse(Cause::kFrameOtherCalibration,
                     "frames were taken with another calibration than --calibration: give both the "
                     "same folder");

@@ -123,6 +123,8 @@ constexpr Row kTable[] = {
     {Cause::kFrameShort, "frame shorter than the camera's mode"},
     {Cause::kFrameCorrupt, "frame with damaged or repeated rows"},
     {Cause::kHalvesSwapped, "left and right swapped"},
+    {Cause::kPacketsLost, "frame with packets lost on the network"},
+    {Cause::kNoCaptureTime, "frame without the time of its exposure"},
 };
 
 const Row* find(Cause cause) {

@@ -132,6 +132,8 @@ enum class Cause : std::uint32_t {
   kFrameShort = 176,
   kFrameCorrupt = 177,
   kHalvesSwapped = 178,
+  kPacketsLost = 179,
+  kNoCaptureTime = 180,
 };
 
 /// As it is published and read by people: at most 63 characters. Never empty.

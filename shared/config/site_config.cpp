@@ -80,40 +80,6 @@ void read_http(YamlReader y, HttpConfig& c) {
   y.texts("hosts", c.hosts);
 }
 
-/// As CameraConfig::Source counts.
-const std::vector<std::string> kCameraSources = {"recording", "folder", "v4l2"};
-/// As CameraConfig::Layout counts.
-const std::vector<std::string> kLayouts = {"yuyv", "grey", "y8i", "jpeg"};
-
-void read_camera(YamlReader y, CameraConfig& c) {
-  int source = 0;
-  y.choice("source", kCameraSources, source);
-  c.source = static_cast<CameraConfig::Source>(source);
-  y.text("path", c.path);
-  y.integer("latency_ms", c.latency_ms, -1000, 1000);
-  y.flag("remove", c.remove);
-  int layout = 0;
-  y.choice("layout", kLayouts, layout);
-  c.layout = static_cast<CameraConfig::Layout>(layout);
-  y.flag("swap", c.swap);
-  y.integer("width", c.width, 16, 8192);
-  y.integer("height", c.height, 16, 8192);
-  y.integer("rate_hz", c.rate_hz, 1, 240);
-  y.integer("exposure_100us", c.exposure_100us, 0, 100'000);
-  y.integer("gain", c.gain, -1, 100'000);
-  y.integer("brightness", c.brightness, 0, 200);
-  if (c.brightness > 0 && c.exposure_100us == 0)
-    y.problem("brightness", "needs exposure_100us, the longest that motion allows");
-  using Source = CameraConfig::Source;
-  if (c.source == Source::kFolder && c.path.empty())
-    y.problem("path", "must name the folder that has left/ and right/");
-  if (c.source == Source::kV4l2 && c.path.empty())
-    y.problem("path", "must name the camera's node, such as /dev/v4l/by-id/...");
-  if (c.source == Source::kRecording && !c.path.empty())
-    y.problem("path", "is of a live source; a recording is named on the command line");
-  if (c.source != Source::kFolder && c.remove) y.problem("remove", "is for source: folder");
-}
-
 /// As StereoConfig::Matcher counts.
 const std::vector<std::string> kMatchers = {"sgm", "bm", "sgbm"};
 
@@ -332,20 +298,7 @@ std::string to_yaml(const SiteConfig& c) {
     << "  address: " << yaml_quoted(c.http.address) << "\n"
     << "  port: " << c.http.port << "\n"
     << "  hosts: " << list(c.http.hosts) << "\n"
-    << "camera:\n"
-    << "  source: " << kCameraSources[static_cast<std::size_t>(c.camera.source)] << "\n"
-    << "  path: " << yaml_quoted(c.camera.path) << "\n"
-    << "  latency_ms: " << c.camera.latency_ms << "\n"
-    << "  remove: " << (c.camera.remove ? "true" : "false") << "\n"
-    << "  layout: " << kLayouts[static_cast<std::size_t>(c.camera.layout)] << "\n"
-    << "  swap: " << (c.camera.swap ? "true" : "false") << "\n"
-    << "  width: " << c.camera.width << "\n"
-    << "  height: " << c.camera.height << "\n"
-    << "  rate_hz: " << c.camera.rate_hz << "\n"
-    << "  exposure_100us: " << c.camera.exposure_100us << "\n"
-    << "  gain: " << c.camera.gain << "\n"
-    << "  brightness: " << c.camera.brightness << "\n"
-    << "stereo:\n"
+    << to_yaml(c.camera) << "stereo:\n"
     << "  preset: " << (c.stereo.paper ? "paper" : "default") << "\n"
     << "  matcher: " << kMatchers[static_cast<std::size_t>(c.stereo.matcher)] << "\n"
     << "  block_px: " << c.stereo.block_px << "\n"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "config/camera_config.hpp"
 #include "config/rangefinder_config.hpp"
 
 namespace crane {
@@ -39,26 +40,6 @@ struct HttpConfig {
   int port = 9460;  ///< 0 = nowhere
   /// Names of this host by which it is asked, beside localhost, its addresses and its own name.
   std::vector<std::string> hosts;
-};
-
-/// Where cranemap-camera gets its pairs from, unless its command line names a recording.
-struct CameraConfig {
-  enum class Source { kRecording, kFolder, kV4l2 };
-  Source source = Source::kRecording;  ///< source: recording | folder | v4l2
-  /// folder: has left/ and right/, where images appear; v4l2: /dev/video0, /dev/v4l/by-id/...
-  std::string path;
-  int latency_ms = 0;   ///< subtracted from the camera's times
-  bool remove = false;  ///< folder: files are deleted once read
-  // v4l2: one node whose frames carry both images.
-  enum class Layout { kYuyv, kGrey, kY8i, kJpeg };
-  Layout layout = Layout::kYuyv;   ///< layout: yuyv | grey | y8i | jpeg; all but y8i side by side
-  bool swap = false;               ///< the right image comes first
-  int width = 1280, height = 720;  ///< of each image [px]
-  int rate_hz = 15;
-  int exposure_100us = 0;  ///< 0 = the camera decides
-  int gain = -1;           ///< as the camera counts it; -1 = as it is
-  /// Mean grey level that is kept by exposure, up to exposure_100us, and gain; 0 = not.
-  int brightness = 0;
 };
 
 struct StereoConfig {

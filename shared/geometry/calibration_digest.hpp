@@ -11,4 +11,8 @@ namespace crane {
 /// that differ by less than a rounding in the last digits of a YAML file are the same.
 std::uint64_t calibration_digest(const StereoRig& rig);
 
+/// Stands in stereo_frame.calibration for pictures that are to be looked at and never mapped: of no
+/// calibration at all.
+inline constexpr std::uint64_t kCalibrationForViewing = 1;
+
 }  // namespace crane

@@ -14,9 +14,9 @@ namespace crane {
 /// Where a source puts a pair: the two image buffers of one loaned sample, rows without padding.
 struct FrameBuffers {
   std::uint8_t* left = nullptr;
-  std::uint8_t* right = nullptr;
-  std::size_t bytes = 0;   ///< of each
-  std::size_t pixels = 0;  ///< the largest image
+  std::uint8_t* right = nullptr;  ///< none for one of two cameras (PairedDevice): it fills `left`
+  std::size_t bytes = 0;          ///< of each
+  std::size_t pixels = 0;         ///< the largest image
 };
 
 /// What is said of the pair that was put there.
@@ -27,6 +27,8 @@ struct FrameFacts {
   std::int64_t sequence = 0;  ///< from 0; a gap is a loss
   std::int64_t after = -1;    ///< as StereoFrame.after: -1 but for what is sent again
   double decode_ms = 0, fill_ms = 0;
+  std::uint64_t number = 0;  ///< as the device counts its frames or triggers
+  double late_ms = 0;        ///< after the device's stamp, beyond the shortest way: its jitter
 };
 
 /// Where pairs of images come from: a recording, a folder, a camera. One thread, that of the
@@ -53,6 +55,8 @@ class FrameSource {
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }
   /// What is wrong now and what to do about it; empty: nothing.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  /// What it is connected to, and by which clock pairs are stamped; for the log.
+  [[nodiscard]] virtual std::string about() const { return {}; }
   /// Pairs there were, used or not.
   [[nodiscard]] std::uint64_t received() const { return received_; }
 

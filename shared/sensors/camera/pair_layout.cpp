@@ -29,28 +29,29 @@ std::vector<int> shrunk(const std::uint8_t* image, std::uint32_t width, std::uin
   return cells;
 }
 
-/// Bytes of a row of both images.
-std::size_t packed_row(PairLayout layout, std::uint32_t width) {
-  return std::size_t{width} * (layout == PairLayout::kSideBySideYuyv ? 4 : 2);
+/// Bytes of a row of `images`.
+std::size_t packed_row(PairLayout layout, std::uint32_t width, std::size_t images = 2) {
+  return std::size_t{width} * images * (layout == PairLayout::kSideBySideYuyv ? 2 : 1);
 }
 
 Result<void> split_jpeg(const std::uint8_t* frame, std::size_t bytes, std::uint32_t width,
                         std::uint32_t height, const std::string& name, const FrameBuffers& out,
                         FrameFacts& facts) {
-  auto both = decode_jpeg({frame, frame + bytes}, name, 2 * std::uint64_t{out.pixels});
+  const std::uint32_t images = out.right == nullptr ? 1 : 2;
+  auto both = decode_jpeg({frame, frame + bytes}, name, images * std::uint64_t{out.pixels});
   if (!both) return both.error();
-  if (both->width != 2 * width || both->height != height ||
+  if (both->width != images * width || both->height != height ||
       std::size_t{width} * height * both->channels > out.bytes)
     return Error{ErrorCode::kWrongSize, name,
                  std::to_string(both->width) + " x " + std::to_string(both->height) +
-                     " pixels, the camera's mode has " + std::to_string(2 * width) + " x " +
+                     " pixels, the camera's mode has " + std::to_string(images * width) + " x " +
                      std::to_string(height),
                  "unplug the camera and plug it in again"};
   const std::size_t row = std::size_t{width} * both->channels;
   for (std::size_t y = 0; y < height; ++y) {
-    const std::uint8_t* from = both->bytes.data() + 2 * y * row;
+    const std::uint8_t* from = both->bytes.data() + images * y * row;
     std::memcpy(out.left + y * row, from, row);
-    std::memcpy(out.right + y * row, from + row, row);
+    if (out.right != nullptr) std::memcpy(out.right + y * row, from + row, row);
   }
   facts.channels = both->channels;
   return {};
@@ -75,7 +76,10 @@ Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_
   facts.channels = 1;
   if (layout == PairLayout::kSideBySideJpeg)
     return split_jpeg(frame, bytes, width, height, name, out, facts);
-  const std::size_t packed = packed_row(layout, width);
+  const bool single = out.right == nullptr;
+  if (single && layout == PairLayout::kInterleavedY8I)
+    return Error{ErrorCode::kConfiguration, name, "y8i is of one camera with two images", ""};
+  const std::size_t packed = packed_row(layout, width, single ? 1 : 2);
   const std::size_t step = row_bytes == 0 ? packed : row_bytes;
   if (step < packed || bytes < step * (height - 1) + packed)
     return Error{ErrorCode::kWrongSize, name,
@@ -85,10 +89,11 @@ Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_
   for (std::size_t y = 0; y < height; ++y) {
     const std::uint8_t* from = frame + y * step;
     std::uint8_t* left = out.left + y * width;
-    std::uint8_t* right = out.right + y * width;
+    std::uint8_t* right = single ? nullptr : out.right + y * width;
     switch (layout) {
       case PairLayout::kSideBySideYuyv:
         for (std::size_t x = 0; x < width; ++x) left[x] = from[2 * x];
+        if (single) break;
         for (std::size_t x = 0; x < width; ++x) right[x] = from[2 * (width + x)];
         break;
       case PairLayout::kInterleavedY8I:
@@ -99,7 +104,7 @@ Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_
         break;
       default:
         std::memcpy(left, from, width);
-        std::memcpy(right, from + width, width);
+        if (!single) std::memcpy(right, from + width, width);
     }
   }
   return {};

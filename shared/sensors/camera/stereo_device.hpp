@@ -5,7 +5,8 @@
 namespace crane {
 
 /// One camera, or what stands for it, while it is connected. It knows nothing of streams and
-/// numbers; whoever asks it from its one thread may block.
+/// numbers; whoever asks it from its one thread may block. One of two cameras is one as well: it is
+/// given no right buffer, and fills the left one.
 class StereoDevice {
  public:
   StereoDevice() = default;
@@ -28,6 +29,8 @@ class StereoDevice {
   [[nodiscard]] virtual bool reconnects_when_silent() const { return true; }
   /// What deserves attention although pairs come; empty: nothing.
   [[nodiscard]] virtual std::string remark() const { return {}; }
+  /// What it is and by which clock it stamps, once pairs come; for the log.
+  [[nodiscard]] virtual std::string about() const { return {}; }
 };
 
 }  // namespace crane

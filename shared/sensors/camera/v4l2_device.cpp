@@ -111,9 +111,9 @@ Result<void> V4l2Device::check_camera() {
 /// only in the answer.
 Result<void> V4l2Device::set_mode() {
   const std::uint32_t wanted = pixel_format(options_.layout);
-  // Y8I is a pixel of both images; all others stand side by side.
-  const std::uint32_t width =
-      options_.layout == PairLayout::kInterleavedY8I ? options_.width : 2 * options_.width;
+  // Y8I is a pixel of both images; all others stand side by side, or alone.
+  const bool beside = options_.layout != PairLayout::kInterleavedY8I && !options_.single;
+  const std::uint32_t width = beside ? 2 * options_.width : options_.width;
   v4l2_format f{};
   f.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   f.fmt.pix.width = width;
@@ -298,19 +298,21 @@ bool V4l2Device::use(const v4l2_buffer& b, const FrameBuffers& out, FrameFacts& 
     return false;
   }
   for (const std::uint8_t* image : {out.left, out.right})
-    if (repeated_rows(image, facts.width, facts.height, facts.channels) > kMostRepeatedRows) {
+    if (image != nullptr &&
+        repeated_rows(image, facts.width, facts.height, facts.channels) > kMostRepeatedRows) {
       dropped.add(Cause::kFrameCorrupt);
       remark_ =
           options_.path +
           ": frames end in repeated rows, as after lost packets -> shorter cable, no hub, USB 3";
       return false;
     }
-  if (options_.swap) {
+  if (options_.swap && !options_.single) {
     // The same picture, its halves named the other way round.
     const std::size_t size = std::size_t{facts.width} * facts.height * facts.channels;
     std::swap_ranges(out.left, out.left + size, out.right);
   }
-  if (halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels)) {
+  if (!options_.single &&
+      halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels)) {
     dropped.add(Cause::kHalvesSwapped);
     remark_ = options_.path +
               ": left and right came the other way round -> if all frames do, set camera.swap";
@@ -325,6 +327,7 @@ bool V4l2Device::use(const v4l2_buffer& b, const FrameBuffers& out, FrameFacts& 
     return false;
   }
   const ClockPair now = clocks_();
+  facts.number = b.sequence;
   facts.exposure_time = stamp + (now.epoch - now.monotonic) - options_.latency;
   facts.decode_ms = watch.ms();
   return true;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sensors/camera/brightness_control.hpp"
+#include "sensors/camera/device_clock.hpp"
 #include "sensors/camera/pair_layout.hpp"
 #include "sensors/camera/stereo_device.hpp"
 #include "sensors/camera/v4l2_io.hpp"
@@ -18,6 +19,7 @@ namespace crane {
 struct V4l2Options {
   std::string path = "/dev/video0";
   PairLayout layout = PairLayout::kSideBySideYuyv;
+  bool single = false;  ///< one of two cameras: its pictures are one image (not with Y8I)
   std::uint32_t width = 1280, height = 720;  ///< of each image [px]
   int rate_hz = 15;
   bool swap = false;            ///< right | left
@@ -27,11 +29,6 @@ struct V4l2Options {
   /// Mean grey level to be kept by exposure, at most the one above, and gain; unset: nothing is
   /// kept.
   std::optional<double> brightness;
-};
-
-/// Both clocks of one moment [ns].
-struct ClockPair {
-  TimeNs monotonic = 0, epoch = 0;
 };
 
 /// One UVC stereo camera: one V4L2 node whose frames carry both images. Newest frame wins.

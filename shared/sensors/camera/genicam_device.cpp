@@ -1,0 +1,339 @@
+#include "sensors/camera/genicam_device.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include "sensors/camera/pair_layout.hpp"
+
+namespace crane {
+namespace {
+
+/// GigE Vision counts 1 .. 65535, and again 1.
+constexpr std::uint64_t kNumbers = 65'535;
+constexpr std::uint64_t kLookAtPtpEvery = 64;
+/// TAI is ahead of UTC by so much since 2017.
+constexpr TimeNs kTaiAhead = 37 * kNsPerSecond;
+
+std::string number_text(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+GenicamDevice::GenicamDevice(GenicamOptions options, std::unique_ptr<GenicamIo> io,
+                             std::function<ClockPair()> clocks)
+    : options_(std::move(options)), io_(std::move(io)), clocks_(std::move(clocks)) {}
+
+GenicamDevice::~GenicamDevice() {
+  GenicamDevice::close();
+}
+
+void GenicamDevice::close() {
+  if (std::exchange(open_, false)) io_->close();
+  next_trigger_.reset();
+  clock_.reset();
+  ptp_status_ = nullptr;
+  ptp_.clear();
+  by_ptp_ = by_arrival_ = false;
+  given_ = false;
+  seen_ = unwrapped_ = missed_ = 0;
+  last_number_.reset();
+  remark_.clear();
+}
+
+Result<void> GenicamDevice::open() {
+  close();
+  open_ = true;
+  if (auto opened = io_->open(options_.camera); !opened) return opened;
+  for (auto step : {&GenicamDevice::set_mode, &GenicamDevice::set_trigger,
+                    &GenicamDevice::set_light, &GenicamDevice::set_clock})
+    if (auto done = (this->*step)(); !done) return done;
+  return io_->start();
+}
+
+const char* GenicamDevice::first_of(Names names) {
+  for (const char* name : names)
+    if (io_->has(name)) return name;
+  return nullptr;
+}
+
+/// What the camera did not accept is the configuration's matter, unless the camera is gone.
+Error GenicamDevice::trouble(const Error& error, const char* key) const {
+  if (io_->lost() || error.code != ErrorCode::kBadData) return error;
+  return {ErrorCode::kConfiguration, options_.camera, error.what,
+          std::string("change camera.") + key + "; arv-tool-0.8 features shows what it has"};
+}
+
+Result<void> GenicamDevice::set_number(Names names, double value, const char* key,
+                                       double tolerance) {
+  const char* name = first_of(names);
+  if (name == nullptr)
+    return Error{ErrorCode::kConfiguration, options_.camera,
+                 std::string("has no ") + *names.begin() + " to set",
+                 std::string("leave camera.") + key + " out"};
+  if (const auto range = io_->range(name);
+      range && (value < range->least - tolerance || value > range->most + tolerance))
+    return Error{ErrorCode::kConfiguration, options_.camera,
+                 std::string(name) + " " + number_text(value) + " is not within its " +
+                     number_text(range->least) + " .. " + number_text(range->most),
+                 std::string("change camera.") + key};
+  if (auto set = io_->set_number(name, value); !set) return trouble(set.error(), key);
+  const auto is = io_->number(name);
+  if (!is) return trouble(is.error(), key);
+  if (std::abs(*is - value) > tolerance)
+    return Error{
+        ErrorCode::kConfiguration, options_.camera,
+        std::string(name) + " was set to " + number_text(value) + " and is " + number_text(*is),
+        std::string("change camera.") + key + " to what the camera can"};
+  return {};
+}
+
+Result<void> GenicamDevice::set_text(const char* feature, const std::string& value,
+                                     const char* key) {
+  if (auto set = io_->set_text(feature, value); !set) return trouble(set.error(), key);
+  const auto is = io_->text(feature);
+  if (!is) return trouble(is.error(), key);
+  if (*is != value)
+    return Error{ErrorCode::kConfiguration, options_.camera,
+                 std::string(feature) + " was set to " + value + " and is " + *is,
+                 std::string("change camera.") + key};
+  return {};
+}
+
+Result<void> GenicamDevice::set_mode() {
+  // From the middle of a larger sensor nothing is cut: offsets first, or the size does not fit.
+  for (const char* offset : {"OffsetX", "OffsetY"})
+    if (io_->has(offset)) (void)io_->set_number(offset, 0);
+  const std::uint32_t width = options_.single ? options_.width : 2 * options_.width;
+  if (auto set = set_number({"Width"}, width, "width", 0); !set) return set;
+  if (auto set = set_number({"Height"}, options_.height, "height", 0); !set) return set;
+  if (!pixel_format_of(options_.pixel_format))
+    return Error{ErrorCode::kConfiguration, options_.camera,
+                 "nothing is known of PixelFormat " + options_.pixel_format,
+                 "set camera.pixel_format to one of " + known_pixel_formats()};
+  return set_text("PixelFormat", options_.pixel_format, "pixel_format");
+}
+
+Result<void> GenicamDevice::set_trigger() {
+  if (io_->has("AcquisitionMode"))
+    if (auto set = set_text("AcquisitionMode", "Continuous", "trigger"); !set) return set;
+  if (io_->has("TriggerSelector"))
+    if (auto set = set_text("TriggerSelector", "FrameStart", "trigger"); !set) return set;
+  if (options_.trigger != "off") {
+    const std::string source = options_.trigger == "software" ? "Software" : options_.trigger;
+    if (auto set = set_text("TriggerSource", source, "trigger"); !set) return set;
+    if (io_->has("TriggerActivation"))
+      if (auto set = set_text("TriggerActivation", "RisingEdge", "trigger"); !set) return set;
+    return set_text("TriggerMode", "On", "trigger");
+  }
+  if (io_->has("TriggerMode"))
+    if (auto set = set_text("TriggerMode", "Off", "trigger"); !set) return set;
+  if (io_->has("AcquisitionFrameRateEnable"))
+    if (auto set = io_->set_flag("AcquisitionFrameRateEnable", true); !set)
+      return trouble(set.error(), "rate_hz");
+  return set_number({"AcquisitionFrameRate", "AcquisitionFrameRateAbs"}, options_.rate_hz,
+                    "rate_hz", 0.02 * options_.rate_hz);
+}
+
+Result<void> GenicamDevice::set_light() {
+  if (options_.exposure_us) {
+    if (io_->has("ExposureAuto"))
+      if (auto set = set_text("ExposureAuto", "Off", "exposure_100us"); !set) return set;
+    if (auto set = set_number({"ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"},
+                              *options_.exposure_us, "exposure_100us",
+                              std::max(20.0, 0.02 * *options_.exposure_us));
+        !set)
+      return set;
+  }
+  if (!options_.gain) return {};
+  if (io_->has("GainAuto"))
+    if (auto set = set_text("GainAuto", "Off", "gain"); !set) return set;
+  return set_number({"Gain", "GainRaw"}, *options_.gain, "gain", 0.5);
+}
+
+Result<void> GenicamDevice::set_clock() {
+  if (options_.stamps == GenicamOptions::Stamps::kChunk) {
+    for (const char* feature : {"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
+      if (!io_->has(feature) && feature != std::string_view("ChunkEnable"))
+        return Error{ErrorCode::kConfiguration, options_.camera,
+                     std::string("has no ") + feature + ": it sends no times in chunks",
+                     "set camera.stamps: camera"};
+    if (auto set = io_->set_flag("ChunkModeActive", true); !set)
+      return trouble(set.error(), "stamps");
+    if (auto set = set_text("ChunkSelector", "Timestamp", "stamps"); !set) return set;
+    if (auto set = io_->set_flag("ChunkEnable", true); !set) return trouble(set.error(), "stamps");
+    ticks_per_second_ = 1e9;
+    if (io_->has("GevTimestampTickFrequency"))
+      if (const auto ticks = io_->number("GevTimestampTickFrequency"); ticks && *ticks > 0)
+        ticks_per_second_ = *ticks;
+  }
+  if (!options_.ptp) return {};
+  const char* enable = first_of({"PtpEnable", "GevIEEE1588"});
+  ptp_status_ = first_of({"PtpStatus", "GevIEEE1588Status"});
+  if (enable == nullptr || ptp_status_ == nullptr)
+    return Error{ErrorCode::kConfiguration, options_.camera, "does not know PTP (IEEE 1588)",
+                 "leave camera.ptp out: its clock is followed without it"};
+  if (auto set = io_->set_flag(enable, true); !set) return trouble(set.error(), "ptp");
+  look_at_ptp();
+  return {};
+}
+
+void GenicamDevice::look_at_ptp() {
+  if (io_->has("PtpDataSetLatch")) (void)io_->command("PtpDataSetLatch");
+  const auto status = io_->text(ptp_status_);
+  ptp_ = status ? *status : status.error().what;
+}
+
+/// The newest picture that waits, with triggers given as they are due.
+std::optional<GenicamPicture> GenicamDevice::newest(FrameSource::Deadline deadline,
+                                                    DropCounts& dropped, Result<void>& triggered) {
+  using Steady = std::chrono::steady_clock;
+  const auto until = [&](Steady::time_point time) {
+    return std::max(std::chrono::microseconds(0),
+                    std::chrono::duration_cast<std::chrono::microseconds>(time - Steady::now()));
+  };
+  std::optional<GenicamPicture> held;
+  if (options_.trigger == "software") {
+    const std::chrono::nanoseconds period(static_cast<std::int64_t>(1e9 / options_.rate_hz));
+    const auto after = [&](Steady::time_point now) {
+      return Steady::time_point(now.time_since_epoch() / period * period + period);
+    };
+    if (!next_trigger_) next_trigger_ = after(Steady::now());
+    held = io_->next(until(std::min(*next_trigger_, deadline)));
+    if (!held && Steady::now() >= *next_trigger_) {
+      next_trigger_ = after(Steady::now());
+      triggered = io_->command("TriggerSoftware");
+      if (!triggered) return std::nullopt;
+      held = io_->next(until(std::min(*next_trigger_, deadline)));
+    }
+  } else {
+    held = io_->next(until(deadline));
+  }
+  if (!held) return held;
+  while (auto newer = io_->next(std::chrono::microseconds(0))) {
+    dropped.add(held->state == GenicamPicture::State::kWhole ? Cause::kFrameOvertaken
+                                                             : Cause::kPacketsLost);
+    count(held->number);
+    held = newer;
+  }
+  return held;
+}
+
+/// Numbers without their end, and what was left out of them.
+void GenicamDevice::count(std::uint64_t number) {
+  std::uint64_t step = 1;
+  if (last_number_) {
+    step = number - *last_number_;
+    if (number < *last_number_ && *last_number_ <= kNumbers) step += kNumbers;
+    if (step == 0 || step > kNumbers) step = 1;
+  }
+  last_number_ = number;
+  unwrapped_ += step;
+  if (seen_++ > 0) missed_ += step - 1;
+}
+
+TimeNs GenicamDevice::time_of(const GenicamPicture& p, FrameFacts& facts, DropCounts& dropped) {
+  using Stamps = GenicamOptions::Stamps;
+  const ClockPair now = clocks_();
+  const TimeNs epoch_ahead = now.epoch - now.monotonic;
+  TimeNs stamp = p.stamp;
+  if (options_.stamps == Stamps::kChunk) {
+    const auto ticks = io_->chunk("ChunkTimestamp");
+    if (!ticks) return 0;
+    stamp = ticks_per_second_ == 1e9
+                ? *ticks
+                : static_cast<TimeNs>(std::llround(double(*ticks) * (1e9 / ticks_per_second_)));
+  }
+  // Where a camera has no clock, Aravis puts the time of arrival there.
+  by_arrival_ = options_.stamps == Stamps::kArrival || stamp <= 0 || stamp == p.arrival;
+  if (by_arrival_) return p.arrival;
+  by_ptp_ = false;
+  if (ptp_status_ != nullptr) {
+    if (seen_ % kLookAtPtpEvery == 0) look_at_ptp();
+    if (ptp_ == "Slave" || ptp_ == "Master")
+      for (const TimeNs ahead : {TimeNs{0}, kTaiAhead})
+        if (std::abs(stamp - ahead - p.arrival) < kNsPerSecond) {
+          by_ptp_ = true;
+          return stamp - ahead;
+        }
+    remark_ = options_.camera + ": PTP is not in step (" + ptp_ +
+              ") -> is ptp4l running on this network, and is this host's clock its own?";
+  }
+  const std::uint64_t steps = clock_.steps();
+  const TimeNs host = clock_.to_host(stamp, p.arrival - epoch_ahead);
+  dropped.add(Cause::kCameraClockSet, clock_.steps() - steps);
+  facts.late_ms = double(clock_.late()) * 1e-6;
+  return host + epoch_ahead;
+}
+
+/// False: counted and of no use.
+bool GenicamDevice::use(const GenicamPicture& p, const FrameBuffers& out, FrameFacts& facts,
+                        DropCounts& dropped) {
+  const Stopwatch watch;
+  const auto refuse = [&](Cause cause, const std::string& why) {
+    dropped.add(cause);
+    remark_ = options_.camera + ": " + why;
+    return false;
+  };
+  if (p.state == GenicamPicture::State::kPacketsLost)
+    return refuse(Cause::kPacketsLost,
+                  "packets of pictures get lost -> a network card of its own, jumbo frames, "
+                  "net.core.rmem_max, or a lower rate");
+  const auto format = pixel_format_of(p.pixel_format);
+  const std::uint32_t width = options_.single ? options_.width : 2 * options_.width;
+  if (p.state == GenicamPicture::State::kUnusable || !format || p.width != width ||
+      p.height != options_.height)
+    return refuse(Cause::kFrameShort,
+                  "gives pictures of another size or format than was set -> "
+                  "does another program use it?");
+  const std::size_t row = bytes_per_pixel(*format) * p.width + p.padding;
+  const Picture picture{p.data, p.bytes, row, p.width, p.height, *format};
+  if (auto done = unpack(picture, options_.swap, options_.camera, out, facts); !done)
+    return refuse(Cause::kFrameShort, done.error().what);
+  if (out.right != nullptr &&
+      halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels))
+    return refuse(Cause::kHalvesSwapped,
+                  "left and right came the other way round -> if all frames do, set camera.swap");
+  const TimeNs time = time_of(p, facts, dropped);
+  if (time <= 0)
+    return refuse(Cause::kExposureNotLater,
+                  "pictures do not say when they were taken -> camera.stamps: camera or arrival");
+  facts.exposure_time = time - options_.latency;
+  facts.number = unwrapped_;
+  facts.decode_ms = watch.ms();
+  return true;
+}
+
+Result<bool> GenicamDevice::grab(const FrameBuffers& out, FrameFacts& facts,
+                                 FrameSource::Deadline deadline, DropCounts& dropped) {
+  const Error gone{ErrorCode::kNotAvailable, options_.camera, "does not answer any more",
+                   "is it powered, is its cable in, did another program take it?"};
+  if (io_->lost()) return gone;
+  if (std::exchange(given_, false)) missed_ = 0;
+  Result<void> triggered;
+  const auto picture = newest(deadline, dropped, triggered);
+  if (!triggered) return io_->lost() ? gone : triggered.error();
+  if (!picture) return false;
+  count(picture->number);
+  remark_.clear();
+  given_ = use(*picture, out, facts, dropped);
+  return given_;
+}
+
+std::string GenicamDevice::about() const {
+  if (seen_ == 0) return options_.camera;
+  if (by_arrival_)
+    return options_.camera + ": stamped when pictures arrive, late by readout and network";
+  if (by_ptp_) return options_.camera + ": stamped by PTP";
+  return options_.camera + ": stamped by its own clock, " +
+         number_text(std::round(double(clock_.offset()) * 1e-6) * 1e-3) +
+         " s behind this host's since it started, set " + std::to_string(clock_.steps()) +
+         " times meanwhile";
+}
+
+}  // namespace crane
