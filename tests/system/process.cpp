@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 Process::Process(std::vector<std::string> command, std::string output_file)
     : output_file_(std::move(output_file)) {
-  command[0] = std::string(CRANEMAP_BIN_DIR) + "/" + command[0];
+  if (!command[0].starts_with('/')) command[0] = std::string(CRANEMAP_BIN_DIR) + "/" + command[0];
   std::vector<char*> arguments;
   for (std::string& a : command) arguments.push_back(a.data());
   arguments.push_back(nullptr);

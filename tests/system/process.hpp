@@ -13,7 +13,7 @@ namespace crane::test {
 /// A real process of ours, its output in a file. Ended with the object.
 class Process {
  public:
-  /// `command[0]`: a program of the build, e.g. "cranemap".
+  /// `command[0]`: a program of the build, e.g. "cranemap", or a whole path.
   Process(std::vector<std::string> command, std::string output_file);
   ~Process();
   Process(const Process&) = delete;

@@ -267,6 +267,7 @@ TimeNs GenicamDevice::time_of(const GenicamPicture& p, FrameFacts& facts, DropCo
   const std::uint64_t steps = clock_.steps();
   const TimeNs host = clock_.to_host(stamp, p.arrival - epoch_ahead);
   dropped.add(Cause::kCameraClockSet, clock_.steps() - steps);
+  ahead_ = clock_.offset() + epoch_ahead;
   facts.late_ms = double(clock_.late()) * 1e-6;
   return host + epoch_ahead;
 }
@@ -331,9 +332,8 @@ std::string GenicamDevice::about() const {
     return options_.camera + ": stamped when pictures arrive, late by readout and network";
   if (by_ptp_) return options_.camera + ": stamped by PTP";
   return options_.camera + ": stamped by its own clock, " +
-         number_text(std::round(double(clock_.offset()) * 1e-6) * 1e-3) +
-         " s behind this host's since it started, set " + std::to_string(clock_.steps()) +
-         " times meanwhile";
+         number_text(std::round(double(ahead_) * 1e-6) * 1e-3) + " s behind this host's, set " +
+         std::to_string(clock_.steps()) + " times meanwhile";
 }
 
 }  // namespace crane

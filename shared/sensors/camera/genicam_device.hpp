@@ -81,6 +81,7 @@ class GenicamDevice final : public StereoDevice {
   double ticks_per_second_ = 1e9;  ///< of ChunkTimestamp
   std::optional<std::chrono::steady_clock::time_point> next_trigger_;
   DeviceClock clock_;
+  TimeNs ahead_ = 0;                  ///< of the epoch before the camera's clock [ns]
   const char* ptp_status_ = nullptr;  ///< the feature's name
   std::string ptp_;                   ///< what it said last
   bool by_ptp_ = false, by_arrival_ = false;

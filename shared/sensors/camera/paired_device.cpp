@@ -26,26 +26,45 @@ PairedDevice::PairedDevice(std::unique_ptr<StereoDevice> left, std::unique_ptr<S
 
 PairedDevice::~PairedDevice() {
   PairedDevice::close();
+  for (Side& side : sides_)
+    if (side.thread.joinable()) side.thread.join();
 }
 
 Result<void> PairedDevice::open() {
-  close();
-  for (Side& side : sides_)
-    if (auto opened = side.device->open(); !opened) return opened;
+  if (!let_go())
+    return last_.value_or(
+        Error{ErrorCode::kNotAvailable, "camera", "is still being let go", "wait a moment"});
+  for (Side& side : sides_) {
+    auto opened = side.device->open();
+    if (opened) continue;
+    for (Side& each : sides_) each.device->close();
+    return opened;
+  }
   matcher_.emplace(rule_);
   for (const int side : {0, 1})
     sides_[side].thread = std::thread(&PairedDevice::follow, this, side);
   return {};
 }
 
+/// Tells the threads to end, and does not wait: a camera that is gone lets none of those who ask it
+/// go for seconds.
 void PairedDevice::close() {
+  const std::lock_guard lock(mutex_);
+  stop_ = true;
+  remark_.clear();
+  missed_ = 0;
+}
+
+/// Whether nothing of the last connection goes on any more.
+bool PairedDevice::let_go() {
   {
     const std::lock_guard lock(mutex_);
-    stop_ = true;
+    for (const Side& side : sides_)
+      if (side.thread.joinable() && !side.ended) return false;
   }
   for (Side& side : sides_) {
     if (side.thread.joinable()) side.thread.join();
-    side.device->close();
+    side.ended = false;
     side.images = side.missed = 0;
     side.remark.clear();
     side.about.clear();
@@ -53,8 +72,7 @@ void PairedDevice::close() {
   stop_ = false;
   lost_.reset();
   matcher_.reset();
-  remark_.clear();
-  missed_ = 0;
+  return true;
 }
 
 /// A side's thread.
@@ -64,7 +82,7 @@ void PairedDevice::follow(int side) {
   for (;;) {
     {
       const std::lock_guard lock(mutex_);
-      if (stop_) return;
+      if (stop_) break;
       if (half.image.empty()) half = matcher_->spare();
     }
     half.image.resize(bytes_);
@@ -83,8 +101,11 @@ void PairedDevice::follow(int side) {
       matcher_->add(side, std::exchange(half, {}), pending_);
     }
     came_.notify_one();
-    if (!got) return;
+    if (!got) break;
   }
+  mine.device->close();
+  const std::lock_guard lock(mutex_);
+  mine.ended = true;
 }
 
 Result<bool> PairedDevice::hand_over(const PairMatcher::Pair& pair, const FrameBuffers& out,
@@ -114,13 +135,16 @@ Result<bool> PairedDevice::hand_over(const PairMatcher::Pair& pair, const FrameB
 Result<bool> PairedDevice::grab(const FrameBuffers& out, FrameFacts& facts,
                                 FrameSource::Deadline deadline, DropCounts& dropped) {
   std::unique_lock lock(mutex_);
-  if (!matcher_) return Error{ErrorCode::kNotAvailable, "camera", "is not connected", ""};
+  if (!matcher_ || stop_) return Error{ErrorCode::kNotAvailable, "camera", "is not connected", ""};
   std::optional<PairMatcher::Pair> pair;
   came_.wait_until(lock, deadline, [&] { return lost_ || (pair = matcher_->take()); });
   pending_.for_each([&](Cause cause, std::uint64_t count) { dropped.add(cause, count); });
   pending_ = {};
   remark_.clear();
-  if (lost_) return *lost_;
+  if (lost_) {
+    last_ = lost_;
+    return *lost_;
+  }
   if (!pair) {
     const std::uint64_t left = sides_[0].images;
     const std::uint64_t right = sides_[1].images;

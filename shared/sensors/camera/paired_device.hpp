@@ -36,8 +36,10 @@ class PairedDevice final : public StereoDevice {
     // Under mutex_.
     std::uint64_t images = 0, missed = 0;  ///< since the last pair
     std::string remark, about;
+    bool ended = false;  ///< its thread
   };
   void follow(int side);
+  bool let_go();
   Result<bool> hand_over(const PairMatcher::Pair& pair, const FrameBuffers& out, FrameFacts& facts,
                          DropCounts& dropped);
 
@@ -52,6 +54,7 @@ class PairedDevice final : public StereoDevice {
   DropCounts pending_;
   std::uint64_t missed_ = 0;  ///< before the pair that was grabbed last
   std::string remark_;
+  std::optional<Error> last_;  ///< why the last connection ended
 };
 
 }  // namespace crane

@@ -22,6 +22,10 @@ class Said {
   ~Said() { g_clear_error(&error_); }
   GError** here() { return &error_; }
   [[nodiscard]] bool failed() const { return error_ != nullptr; }
+  /// The camera did not answer, and that was asked several times.
+  [[nodiscard]] bool timed_out() const {
+    return g_error_matches(error_, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_TIMEOUT) != 0;
+  }
   [[nodiscard]] std::string text() const { return error_ == nullptr ? "" : error_->message; }
 
  private:
@@ -70,9 +74,10 @@ class Aravis final : public GenicamIo {
 
   Result<double> number(const char* feature) override {
     Said said;
-    const double value = is_float(feature)
-                             ? arv_device_get_float_feature_value(device_, feature, said.here())
-                             : double(arv_device_get_integer_feature_value(device_, feature, said));
+    const double value =
+        is_float(feature)
+            ? arv_device_get_float_feature_value(device_, feature, said.here())
+            : double(arv_device_get_integer_feature_value(device_, feature, said.here()));
     if (said.failed()) return failed(feature, said);
     return value;
   }
@@ -167,11 +172,12 @@ class Aravis final : public GenicamIo {
     return ARV_IS_GC_FLOAT(arv_device_get_feature(device_, feature)) != 0;
   }
   /// Of a feature: the camera does not take it. It may be gone as well: lost() knows.
-  [[nodiscard]] Error failed(const std::string& feature, const Said& said) const {
+  [[nodiscard]] Error failed(const std::string& feature, const Said& said) {
+    if (said.timed_out()) lost_ = true;
     return {lost_ ? ErrorCode::kNotAvailable : ErrorCode::kBadData, name_,
             feature + ": " + (said.failed() ? said.text() : "nothing is answered"), ""};
   }
-  [[nodiscard]] Result<void> done(const std::string& feature, const Said& said) const {
+  [[nodiscard]] Result<void> done(const std::string& feature, const Said& said) {
     if (said.failed()) return failed(feature, said);
     return {};
   }

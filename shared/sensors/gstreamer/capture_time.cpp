@@ -1,5 +1,7 @@
 #include "sensors/gstreamer/capture_time.hpp"
 
+#include <gst/base/gstbasesink.h>
+
 #include <cstring>
 
 namespace crane {
@@ -29,13 +31,12 @@ bool of_the_network(const GValue* item) {
 
 }  // namespace
 
-bool stamps_captures(GstElement* pipeline) {
-  GstQuery* query = gst_query_new_latency();
+bool stamps_captures(GstElement* pipeline, GstElement* sink) {
+  // Of what is before the sink: the sink itself calls itself live as soon as it keeps time.
   gboolean live = FALSE;
-  if (gst_element_query(pipeline, query) != 0)
-    gst_query_parse_latency(query, &live, nullptr, nullptr);
-  gst_query_unref(query);
-  if (live == FALSE) return false;
+  if (gst_base_sink_query_latency(GST_BASE_SINK(sink), nullptr, &live, nullptr, nullptr) == 0 ||
+      live == FALSE)
+    return false;
   bool network = false;
   GstIterator* all = gst_bin_iterate_recurse(GST_BIN(pipeline));
   while (gst_iterator_foreach(

@@ -15,9 +15,9 @@ struct CaptureTime {
   const char* clock = "";
 };
 
-/// Whether its own clock tells when pictures were taken: it is live, and they came over no network,
-/// for then they are stamped when they arrive. Asked once it plays.
-bool stamps_captures(GstElement* pipeline);
+/// Whether its own clock tells when pictures were taken: what feeds `sink` is live, and they came
+/// over no network, for then they are stamped when they arrive. Asked once it plays.
+bool stamps_captures(GstElement* pipeline, GstElement* sink);
 
 /// Of its reference timestamp (NTP, PTP, Unix; from RTCP sender reports or RFC 7273), else, where
 /// `live`, of the pipeline's clock. Nothing: it is not said.

@@ -135,7 +135,7 @@ class GStreamer final : public PipelineIo {
     mapped_ = true;
     PipelinePicture out;
     out.arrival = SystemClock().now();
-    if (!live_) live_ = stamps_captures(pipeline_);
+    if (!live_) live_ = stamps_captures(pipeline_, GST_ELEMENT(sink_));
     if (const auto taken = capture_time(sample_, pipeline_, *live_)) {
       out.captured = taken->epoch;
       out.clock = taken->clock;
