@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -20,6 +21,7 @@
 #include "commands.hpp"
 #include "recording/recording.hpp"
 #include "sensors/distance/emulators.hpp"
+#include "sensors/distance/modbus_emulator.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -38,6 +40,18 @@ struct Options {
   std::vector<std::string> faults;
   double unit_m = 0;
   TimeNs start_at = 0;
+
+  [[nodiscard]] bool has(const char* fault) const {
+    return std::find(faults.begin(), faults.end(), fault) != faults.end();
+  }
+  /// A fault begins at the end of each period: the device works first.
+  [[nodiscard]] bool faulty(double seconds) const {
+    return !faults.empty() && std::fmod(seconds, every_s) >= every_s - lasts_s;
+  }
+  [[nodiscard]] EmulatedMeasurement measure(double distance_m, double seconds) const {
+    const bool now = faulty(seconds);
+    return {distance_m, now && has("zero"), now && has("dirty"), now && has("broken")};
+  }
 };
 
 /// To and fro between two distances, or what a recording's rangefinder read, round and round.
@@ -192,10 +206,46 @@ Result<RangefinderConfig> configured(const Options& o) {
   }
   const std::string text = "rangefinders:\n  - {axis: " + o.axis + ", device: " + o.device +
                            ", port: \"" + o.port + "\"" +
-                           (o.unit_m > 0 ? ", unit_m: " + std::to_string(o.unit_m) : "") + "}\n";
+                           (o.unit_m > 0 ? ", unit_m: " + std::to_string(o.unit_m) : "") +
+                           (o.device == "modbus" ? ", modbus: {value_register: 0}" : "") + "}\n";
   const auto site = parse_site_config(text, "--device");
   if (!site) return site.error();
   return site->rangefinders.front();
+}
+
+/// A PLC with Modbus TCP. Of the faults those that its registers can have, unplug and stall.
+int emulate_modbus(const Options& o, RangefinderConfig config, const std::string& port,
+                   const Trajectory& trajectory) {
+  config.port = port;
+  log_info("emulates modbus at " + port);
+  const Stopwatch watch;
+  const SystemClock wall;
+  const TimeNs start_at = o.start_at > 0 ? o.start_at : wall.now();
+  std::unique_ptr<ModbusEmulator> server;
+  for (double next_ms = 0; !stop_requested();) {
+    const double seconds = watch.ms() * 1e-3;
+    if (o.for_s > 0 && seconds > o.for_s) break;
+    const bool faulty = o.faulty(seconds);
+    if (faulty && o.has("unplug")) server.reset();
+    if (server == nullptr && !(faulty && o.has("unplug"))) {
+      auto made = ModbusEmulator::listen(config);
+      if (!made) {
+        log_error(made.error().text());
+        return exit_code(made.error());
+      }
+      server = std::move(*made);
+    }
+    if (server == nullptr || (faulty && o.has("stall"))) {
+      poll(nullptr, 0, 2);
+      continue;
+    }
+    if (watch.ms() >= next_ms) {
+      server->measure(o.measure(trajectory.at(double(wall.now() - start_at) * 1e-9), seconds));
+      next_ms = watch.ms() + 1000 / o.hz;
+    }
+    server->answer(std::chrono::milliseconds(2));
+  }
+  return kExitOk;
 }
 
 int emulate(const Options& o) {
@@ -207,18 +257,15 @@ int emulate(const Options& o) {
   };
   if (!config) return fail(config.error());
   if (!trajectory) return fail(trajectory.error());
-  const auto device = make_distance_emulator(*config);
-  if (device == nullptr)
-    return fail(
-        {ErrorCode::kConfiguration, "modbus", "is not emulated here", "any Modbus server will do"});
   const std::string port = o.port.empty() ? config->port : o.port;
+  if (config->device == RangefinderConfig::Device::kModbus)
+    return emulate_modbus(o, *config, port, *trajectory);
+  const auto device = make_distance_emulator(*config);
   Outlet outlet(port);
   if (auto plugged = outlet.plug(); !plugged) return fail(plugged.error());
   log_info("emulates " + device_name(config->device) + " at " + port);
   std::mt19937 random(1);
-  const auto has = [&o](const char* fault) {
-    return std::find(o.faults.begin(), o.faults.end(), fault) != o.faults.end();
-  };
+  const auto has = [&o](const char* fault) { return o.has(fault); };
   const auto spoiled = [&](std::string bytes) {
     if (bytes.empty()) return bytes;
     const auto any = [&random](std::size_t n) { return random() % n; };
@@ -237,18 +284,14 @@ int emulate(const Options& o) {
   for (double next_ms = 0; !stop_requested();) {
     const double seconds = watch.ms() * 1e-3;
     if (o.for_s > 0 && seconds > o.for_s) break;
-    // A fault begins at the end of each period: the device works first.
-    const bool faulty = !o.faults.empty() && std::fmod(seconds, o.every_s) >= o.every_s - o.lasts_s;
+    const bool faulty = o.faulty(seconds);
     if (has("unplug") && faulty) {
       outlet.unplug();
     } else if (auto plugged = outlet.plug(); !plugged) {
       return fail(plugged.error());
     }
-    EmulatedMeasurement now;
-    now.distance_m = trajectory->at(double(wall.now() - start_at) * 1e-9);
-    now.no_target = faulty && has("zero");
-    now.broken = faulty && has("broken");
-    now.dirty = faulty && has("dirty");
+    const EmulatedMeasurement now =
+        o.measure(trajectory->at(double(wall.now() - start_at) * 1e-9), seconds);
     std::string answer = device->hear(outlet.read(), now);
     if (watch.ms() >= next_ms) {
       answer += device->stream(now);

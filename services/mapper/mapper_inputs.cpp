@@ -37,6 +37,12 @@ CloudSample copy(const v1::PartialCloud& c) {
   return out;
 }
 
+/// For StreamGate: whether a process has no writer any more.
+template <class Topic>
+auto gone_from(const dds::Reader<Topic>& reader) {
+  return [&reader](const dds::ParticipantId& id) { return !reader.writers().contains(id); };
+}
+
 }  // namespace
 
 Result<MapperInputs> MapperInputs::create(const std::shared_ptr<dds::Participant>& participant,
@@ -75,7 +81,8 @@ void MapperInputs::take_positions(MappingPipeline& pipeline) {
                       : p.axis() == v1::AXIS_TROLLEY ? Axis::kTrolley
                                                      : Axis::kCartSecond;
     position_heard_ = std::chrono::steady_clock::now();
-    if (!position_gates_[static_cast<std::size_t>(axis)].pass(p.stream()))
+    if (!position_gates_[static_cast<std::size_t>(axis)].pass(p.stream(), sample->writer(),
+                                                              gone_from(positions_)))
       counts_.add(axis == Axis::kTrolley ? Cause::kTrolleySecondSource : Cause::kCartSecondSource);
     else if (p.device_status() == v1::STATUS_OK)
       pipeline.add_position(axis, p.stream(), p.time_ns(), p.distance_m());
@@ -113,7 +120,7 @@ std::optional<CloudSample> MapperInputs::take_cloud(StageTimes& stages) {
     ++clouds_received_;
     stream_ = (*sample)->stream();
     add_delivery_times(stages, "stereo to mapper", *sample, serving_->clouds.counts());
-    if (!cloud_gate_.pass(stream_)) {
+    if (!cloud_gate_.pass(stream_, sample->writer(), gone_from(serving_->clouds))) {
       counts_.add(Cause::kCloudSecondCamera);
       continue;
     }

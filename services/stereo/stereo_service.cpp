@@ -74,7 +74,7 @@ class Service {
         auto frame = frames->take();
         if (!frame) break;
         add_delivery_times(status().stages, "camera to stereo", *frame, frames->counts());
-        work(std::move(frame));
+        work(std::move(frame), *frames);
       }
       add_reader_drops(status().dropped, Cause::kFrameInvalid, Cause::kFrameLost, frames->counts());
       status().tick();
@@ -85,9 +85,11 @@ class Service {
  private:
   StatusReporter& status() { return context_.status; }
 
-  void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received) {
+  void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received,
+            const dds::Reader<dds::StereoFrameTopic>& frames) {
     ++status().received;
-    if (!gate_.pass((*received)->stream()))
+    const auto gone = [&](const dds::ParticipantId& id) { return !frames.writers().contains(id); };
+    if (!gate_.pass((*received)->stream(), received->writer(), gone))
       return refuse(Cause::kSecondCamera,
                     "frames of two cameras arrive: stop one, or give it another crane number");
     track(**received);

@@ -12,9 +12,9 @@ namespace {
 using Device = RangefinderConfig::Device;
 
 // As the enums count.
-const std::vector<std::string> kDevices = {"sick-dl100", "sick-dl50", "sick-dt1000",
-                                           "dimetix",    "benewake",  "leuze-bps",
-                                           "text",       "telegram",  "modbus"};
+const std::vector<std::string> kDevices = {"sick-dl100", "sick-dl50", "sick-dt1000", "dimetix",
+                                           "benewake",   "leuze-bps", "text",        "telegram",
+                                           "modbus",     "pf-wcs"};
 const std::vector<std::string> kAxes = {"cart", "trolley"};
 const std::vector<std::string> kNumbers = {"int16",  "uint16",  "int32",
                                            "uint32", "float32", "float64"};
@@ -57,7 +57,7 @@ void read_modbus(YamlReader y, ModbusConfig& c) {
 
 bool has_own_unit(Device device) {
   return device != Device::kSickDl50 && device != Device::kText && device != Device::kTelegram &&
-         device != Device::kModbus;
+         device != Device::kModbus && device != Device::kWcs;
 }
 
 void check_port(YamlReader& y, const RangefinderConfig& c) {

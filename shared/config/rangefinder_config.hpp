@@ -48,7 +48,8 @@ struct RangefinderConfig {
     kLeuzeBps,
     kText,
     kTelegram,
-    kModbus
+    kModbus,
+    kWcs
   };
   Axis axis = Axis::kCart;
   Device device = Device::kText;

@@ -8,7 +8,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using crane::RangefinderConfig;
   if (size == 0) return 0;
   RangefinderConfig c;
-  c.device = static_cast<RangefinderConfig::Device>(data[0] % 8);
+  using Device = RangefinderConfig::Device;
+  c.device = static_cast<Device>(data[0] % 9);
+  if (c.device == Device::kModbus) c.device = Device::kWcs;  // registers are no bytes of ours
   c.polled = (data[0] & 0x80U) != 0;
   c.unit_m = 1e-3;
   c.port = (data[0] & 0x40U) != 0 ? "udp://127.0.0.1:1" : "tcp://127.0.0.1:1";

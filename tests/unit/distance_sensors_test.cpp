@@ -31,7 +31,8 @@ RangefinderConfig config_of(Device device, bool polled = false) {
   c.device = device;
   c.polled = polled;
   c.port = "/dev/null";
-  if (device == Device::kSickDl50 || device == Device::kText) c.unit_m = 1e-3;
+  if (device == Device::kSickDl50 || device == Device::kText || device == Device::kWcs)
+    c.unit_m = 1e-3;
   if (device == Device::kText && polled) c.question = "?\\r\\n";
   if (device == Device::kTelegram) {
     c.port = "udp://127.0.0.1:2000";
@@ -41,14 +42,20 @@ RangefinderConfig config_of(Device device, bool polled = false) {
   return c;
 }
 
-const std::vector<RangefinderConfig> kAll = {
-    config_of(Device::kSickDl100),        config_of(Device::kSickDl100, true),
-    config_of(Device::kSickDl50),         config_of(Device::kSickDl50, true),
-    config_of(Device::kSickDt1000, true), config_of(Device::kDimetix),
-    config_of(Device::kDimetix, true),    config_of(Device::kBenewake),
+const std::vector<RangefinderConfig> kAll = {config_of(Device::kSickDl100),
+                                             config_of(Device::kSickDl100, true),
+                                             config_of(Device::kSickDl50),
+                                             config_of(Device::kSickDl50, true),
+                                             config_of(Device::kSickDt1000, true),
+                                             config_of(Device::kDimetix),
+                                             config_of(Device::kDimetix, true),
+                                             config_of(Device::kBenewake),
 
-    config_of(Device::kLeuzeBps, true),   config_of(Device::kText),
-    config_of(Device::kText, true),       config_of(Device::kTelegram)};
+                                             config_of(Device::kLeuzeBps, true),
+                                             config_of(Device::kWcs, true),
+                                             config_of(Device::kText),
+                                             config_of(Device::kText, true),
+                                             config_of(Device::kTelegram)};
 
 std::string name_of(const RangefinderConfig& c) {
   return device_name(c.device) + (c.polled ? ", polled" : "");
@@ -122,7 +129,8 @@ TEST(DistanceProtocols, NoTargetIsNeverADistance) {
 
 TEST(DistanceProtocols, AFaultOrDirtIsSaid) {
   for (const RangefinderConfig& c : kAll) {
-    if (c.device == Device::kSickDl100 || c.device == Device::kLeuzeBps) {
+    if (c.device == Device::kSickDl100 || c.device == Device::kLeuzeBps ||
+        c.device == Device::kWcs) {
       Line line(c);
       bool warned = false;
       for (int i = 0; i < 25; ++i)
@@ -146,8 +154,9 @@ TEST(DistanceProtocols, AFaultOrDirtIsSaid) {
 TEST(DistanceProtocols, TelegramsInAnyPiecesAreTheSame) {
   std::mt19937 random(7);
   for (const RangefinderConfig& c : kAll) {
-    // Datagrams are whole; an answer of a Leuze's is one by its question.
-    if (c.device == Device::kTelegram || c.device == Device::kLeuzeBps) continue;
+    // Datagrams are whole; an answer of a Leuze's or a WCS's is one by its question.
+    if (c.device == Device::kTelegram || c.device == Device::kLeuzeBps || c.device == Device::kWcs)
+      continue;
     Line line(c);
     std::string all;
     for (int i = 1; i <= 50; ++i) {
@@ -185,7 +194,8 @@ TEST(DistanceProtocols, ABitThatFlipsOnTheLineHardlyEverBecomesADistanceAndTheNe
       line.round(now);  // may be lost to the one before
       lost += distances(line.round(now)).empty() ? 1 : 0;
     }
-    const bool checked = c.device == Device::kBenewake || c.device == Device::kLeuzeBps;
+    const bool checked =
+        c.device == Device::kBenewake || c.device == Device::kLeuzeBps || c.device == Device::kWcs;
     EXPECT_LE(wrong, checked ? 2 : kTrials / 3) << name_of(c);
     EXPECT_EQ(lost, 0) << name_of(c);
     EXPECT_GT(line.protocol->damaged(), 0U) << name_of(c);
@@ -224,6 +234,24 @@ TEST(DistanceProtocols, AnAnswerInPiecesIsOneAndWhatComesUnaskedIsNone) {
   line.device_sends(answer + answer);
   EXPECT_EQ(distances(line.talk), std::vector<double>{0.0});
   EXPECT_EQ(line.protocol->damaged(), 12U);
+}
+
+TEST(DistanceProtocols, AWcsHeadHearsItsOwnQuestionOnTwoWiresAndSaysHowItIsOffTheRail) {
+  Line line(config_of(Device::kWcs, true));
+  const auto read = [&line](const std::string& text) {
+    line.talk.clear();
+    line.device_sends(line.protocol->ask(0) + text);
+    return line.talk;
+  };
+  // 19 bits: 0b10000 0000001 0000011 = 262'275.
+  EXPECT_EQ(distances(read({0, 0x10, 1, 3, 0x12})), std::vector<double>{262.275});
+  EXPECT_EQ(read({2, 0, 0, 0, 2}).at(0).text, "read head is partly off the code rail");
+  EXPECT_EQ(read({2, 0, 0, 1, 3}).at(0).text, "read head is off the code rail");
+  EXPECT_EQ(read({5, 0, 0, 7, 2}).at(0).text, "read head reports error 7");
+  EXPECT_EQ(line.protocol->damaged(), 0U);
+  EXPECT_TRUE(read({0, 0x10, 1, 3, 0x13}).empty()) << "its check does not fit";
+  EXPECT_TRUE(read({0x10, 0, 0, 0, 0x10}).empty()) << "another head answers";
+  EXPECT_EQ(line.protocol->damaged(), 2U);
 }
 
 TEST(DistanceProtocols, SicksOtherTelegramsOfTheManual) {

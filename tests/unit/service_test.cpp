@@ -11,15 +11,43 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(StreamGate, LetsASecondSourceThroughOnlyOnceTheFirstIsSilent) {
-  StreamGate gate;
-  const auto t0 = StreamGate::Clock::now();
-  EXPECT_TRUE(gate.pass(1, t0));
-  EXPECT_FALSE(gate.pass(2, t0 + 100ms));
-  EXPECT_TRUE(gate.pass(1, t0 + 2s));
-  EXPECT_FALSE(gate.pass(2, t0 + 4900ms));
-  EXPECT_TRUE(gate.pass(2, t0 + 5001ms)) << "3 s after the last of the first";
-  EXPECT_FALSE(gate.pass(1, t0 + 6s));
+class StreamGateTest : public ::testing::Test {
+ protected:
+  static constexpr dds::ParticipantId kA = {1}, kB = {2};
+  bool pass(std::uint64_t stream, const dds::ParticipantId& writer, int ms) {
+    return gate_.pass(
+        stream, writer, [this](const dds::ParticipantId&) { return gone_; },
+        t0_ + std::chrono::milliseconds(ms));
+  }
+  StreamGate gate_;
+  StreamGate::Clock::time_point t0_ = StreamGate::Clock::now();
+  bool gone_ = false;
+};
+
+TEST_F(StreamGateTest, LetsASecondSourceThroughOnlyOnceTheFirstIsSilent) {
+  EXPECT_TRUE(pass(1, kA, 0));
+  EXPECT_FALSE(pass(2, kB, 100));
+  EXPECT_TRUE(pass(1, kA, 2000));
+  EXPECT_FALSE(pass(2, kB, 4900));
+  EXPECT_TRUE(pass(2, kB, 5001)) << "3 s after the last of the first";
+  EXPECT_FALSE(pass(1, kA, 6000));
+}
+
+TEST_F(StreamGateTest, ADeviceThatItsProcessConnectsAnewGoesOnAtOnceAndTwoInTurnDoNot) {
+  EXPECT_TRUE(pass(1, kA, 0));
+  EXPECT_TRUE(pass(2, kA, 100));
+  EXPECT_FALSE(pass(1, kA, 200)) << "back again: two devices";
+  EXPECT_FALSE(pass(3, kB, 300)) << "another process still has to wait";
+  EXPECT_TRUE(pass(4, kA, 400));
+}
+
+TEST_F(StreamGateTest, AnotherProcessGoesOnAtOnceWhereTheFirstIsGone) {
+  EXPECT_TRUE(pass(1, kA, 0));
+  gone_ = true;
+  EXPECT_TRUE(pass(2, kB, 100));
+  gone_ = false;
+  EXPECT_FALSE(pass(1, kA, 200));
+  EXPECT_TRUE(pass(2, kB, 300));
 }
 
 TEST(StampOffset, IsOneNumberForAllPlayersOfAPlayAndNeverAheadOfTheClock) {

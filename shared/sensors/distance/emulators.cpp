@@ -186,6 +186,31 @@ class LeuzeEmulator final : public DistanceEmulator {
   std::uint32_t command_ = 0;
 };
 
+class WcsEmulator final : public DistanceEmulator {
+ public:
+  explicit WcsEmulator(double unit_m) : unit_m_(unit_m) {}
+
+  std::string hear(std::string_view bytes, const EmulatedMeasurement& now) override {
+    std::string out;
+    for (const char c : bytes)
+      if (static_cast<unsigned char>(c) == 0x80) out += telegram(now);  // read head 0
+    return out;
+  }
+  std::string stream(const EmulatedMeasurement& /*now*/) override { return {}; }
+
+ private:
+  [[nodiscard]] std::string telegram(const EmulatedMeasurement& now) const {
+    // Off the rail it says 1; with an error, its number.
+    const long p = now.broken ? 5 : now.no_target ? 1 : counts(now.distance_m, unit_m_);
+    std::string out = {
+        static_cast<char>((now.dirty ? 4 : 0) | (now.no_target ? 2 : 0) | (now.broken ? 1 : 0)),
+        static_cast<char>(p >> 14 & 0x1F), static_cast<char>(p >> 7 & 0x7F),
+        static_cast<char>(p & 0x7F)};
+    return out + static_cast<char>(out[0] ^ out[1] ^ out[2] ^ out[3]);
+  }
+  double unit_m_;
+};
+
 class TextEmulator final : public DistanceEmulator {
  public:
   explicit TextEmulator(const RangefinderConfig& c)
@@ -259,6 +284,8 @@ std::unique_ptr<DistanceEmulator> make_distance_emulator(const RangefinderConfig
       return std::make_unique<TextEmulator>(c);
     case Device::kTelegram:
       return std::make_unique<TelegramEmulator>(c);
+    case Device::kWcs:
+      return std::make_unique<WcsEmulator>(unit(1e-3));
     case Device::kModbus:
       break;
   }

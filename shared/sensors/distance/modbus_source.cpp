@@ -18,7 +18,11 @@ constexpr std::chrono::milliseconds kStandsStill{1000};
 }  // namespace
 
 struct ModbusSource::Connection {
-  modbus_t* context = nullptr;
+  modbus_t* context;
+
+  explicit Connection(modbus_t* made) : context(made) {}
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
   ~Connection() {
     modbus_close(context);
     modbus_free(context);
@@ -38,7 +42,7 @@ Result<void> ModbusSource::open() {
   modbus_t* context = modbus_new_tcp_pi(host.c_str(), port.c_str());
   if (context == nullptr)
     return Error{ErrorCode::kResource, config_.port, modbus_strerror(errno), "check host and port"};
-  connection_ = std::make_unique<Connection>(Connection{context});
+  connection_ = std::make_unique<Connection>(context);
   modbus_set_response_timeout(context, 0, kAnswerMs * 1000);
   modbus_set_slave(context, config_.modbus.unit);
   if (modbus_connect(context) != 0) {

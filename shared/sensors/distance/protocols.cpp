@@ -4,6 +4,7 @@
 #include "sensors/distance/plc_telegram.hpp"
 #include "sensors/distance/sick.hpp"
 #include "sensors/distance/text_line.hpp"
+#include "sensors/distance/wcs.hpp"
 
 namespace crane {
 namespace {
@@ -50,6 +51,8 @@ std::unique_ptr<DistanceProtocol> make_distance_protocol(const RangefinderConfig
       telegram.datagrams = c.port.starts_with("udp://");
       return std::make_unique<PlcTelegram>(telegram);
     }
+    case Device::kWcs:
+      return std::make_unique<WcsProtocol>(unit(0));
     case Device::kModbus:
       break;
   }
