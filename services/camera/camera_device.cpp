@@ -129,9 +129,9 @@ Made make_camera_device(const CameraConfig& config, const std::optional<StereoRi
   const double within_ms =
       config.pair_within_ms > 0 ? config.pair_within_ms : 250.0 / config.rate_hz;
   rule.within = static_cast<TimeNs>(within_ms * 1e6);
-  constexpr std::size_t kPixels = v1::MAX_PIXELS;
+  const std::size_t pixels = std::size_t(config.width) * std::size_t(config.height);
   return std::unique_ptr<StereoDevice>(std::make_unique<PairedDevice>(
-      std::move(*left), std::move(*right), rule, 3 * kPixels, kPixels));
+      std::move(*left), std::move(*right), rule, 3 * pixels, pixels));
 }
 
 }  // namespace crane

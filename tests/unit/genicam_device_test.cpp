@@ -266,8 +266,7 @@ TEST(Unpack, TakesEveryFormatApartAndRefusesWhatIsTooShort) {
   // 4 x 2 RGB pixels with 2 bytes behind each row.
   std::vector<std::uint8_t> rgb(28);
   for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = static_cast<std::uint8_t>(i);
-  ASSERT_TRUE(
-      unpack({rgb.data(), rgb.size(), 14, 4, 2, PixelFormat::kRgb8}, false, "x", out, facts));
+  ASSERT_TRUE(unpack({rgb.data(), rgb.size(), 14, 4, 2, RawFormat::kRgb8}, false, "x", out, facts));
   EXPECT_EQ(facts.channels, 3U);
   EXPECT_EQ(facts.width, 2U);
   EXPECT_EQ((std::vector<std::uint8_t>(left.begin(), left.begin() + 7)),
@@ -275,18 +274,19 @@ TEST(Unpack, TakesEveryFormatApartAndRefusesWhatIsTooShort) {
   EXPECT_EQ(right[0], 8);
   // Swapped, YUYV and UYVY.
   const std::vector<std::uint8_t> yuv = {1, 99, 2, 98, 3, 97, 4, 96};
-  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, PixelFormat::kYuyv}, true, "x", out, facts));
+  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, RawFormat::kYuyv}, true, "x", out, facts));
   EXPECT_EQ(left[0], 3);
   EXPECT_EQ(right[1], 2);
-  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, PixelFormat::kUyvy}, false, "x", out, facts));
+  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, RawFormat::kUyvy}, false, "x", out, facts));
   EXPECT_EQ(left[0], 99);
-  for (const Picture& bad : {Picture{yuv.data(), 7, 0, 4, 1, PixelFormat::kYuyv},
-                             Picture{yuv.data(), 8, 7, 4, 1, PixelFormat::kYuyv},
-                             Picture{yuv.data(), 8, 0, 3, 1, PixelFormat::kMono8},
-                             Picture{yuv.data(), 8, 0, 0, 1, PixelFormat::kMono8},
-                             Picture{nullptr, 8, 0, 4, 1, PixelFormat::kMono8},
-                             Picture{rgb.data(), 28, 0, 2, 4'000'000'000U, PixelFormat::kMono8},
-                             Picture{rgb.data(), 28, 0, 4'000'000'000U, 1, PixelFormat::kMono8}})
+  for (const RawPicture& bad :
+       {RawPicture{yuv.data(), 7, 0, 4, 1, RawFormat::kYuyv},
+        RawPicture{yuv.data(), 8, 7, 4, 1, RawFormat::kYuyv},
+        RawPicture{yuv.data(), 8, 0, 3, 1, RawFormat::kMono8},
+        RawPicture{yuv.data(), 8, 0, 0, 1, RawFormat::kMono8},
+        RawPicture{nullptr, 8, 0, 4, 1, RawFormat::kMono8},
+        RawPicture{rgb.data(), 28, 0, 2, 4'000'000'000U, RawFormat::kMono8},
+        RawPicture{rgb.data(), 28, 0, 4'000'000'000U, 1, RawFormat::kMono8}})
     EXPECT_FALSE(unpack(bad, false, "x", out, facts));
 }
 

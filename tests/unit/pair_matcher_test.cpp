@@ -289,9 +289,20 @@ TEST_F(TwoNodes, OneUnpluggedIsAnErrorThatNamesItAndBothBeginAnew) {
   ASSERT_FALSE(got);
   EXPECT_EQ(got.error().where, "/dev/right");
   device_->close();
-  shared_[1].camera.dequeue_error = 0;
-  EXPECT_EQ(shared_[0].camera.opens, shared_[0].camera.closes);
-  ASSERT_TRUE(device_->open());
+  {
+    const std::lock_guard lock(shared_[1].mutex);
+    shared_[1].camera.dequeue_error = 0;
+  }
+  // Their threads let them go; until then it is what it was.
+  Result<void> opened = device_->open();
+  for (int tries = 0; !opened && tries < 10'000; ++tries) {
+    EXPECT_EQ(opened.error().where, "/dev/right");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    opened = device_->open();
+  }
+  ASSERT_TRUE(opened) << opened.error().text();
+  EXPECT_EQ(shared_[0].camera.opens, 2);
+  EXPECT_EQ(shared_[0].camera.closes, 1);
   give(0, 2'000'000, 3);
   give(1, 2'000'000, 4);
   ASSERT_TRUE(*grab()) << device_->remark();

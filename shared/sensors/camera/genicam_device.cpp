@@ -112,10 +112,10 @@ Result<void> GenicamDevice::set_mode() {
   const std::uint32_t width = options_.single ? options_.width : 2 * options_.width;
   if (auto set = set_number({"Width"}, width, "width", 0); !set) return set;
   if (auto set = set_number({"Height"}, options_.height, "height", 0); !set) return set;
-  if (!pixel_format_of(options_.pixel_format))
+  if (!raw_format_of(options_.pixel_format))
     return Error{ErrorCode::kConfiguration, options_.camera,
                  "nothing is known of PixelFormat " + options_.pixel_format,
-                 "set camera.pixel_format to one of " + known_pixel_formats()};
+                 "set camera.pixel_format to one of " + known_raw_formats()};
   return set_text("PixelFormat", options_.pixel_format, "pixel_format");
 }
 
@@ -285,15 +285,15 @@ bool GenicamDevice::use(const GenicamPicture& p, const FrameBuffers& out, FrameF
     return refuse(Cause::kPacketsLost,
                   "packets of pictures get lost -> a network card of its own, jumbo frames, "
                   "net.core.rmem_max, or a lower rate");
-  const auto format = pixel_format_of(p.pixel_format);
+  const auto format = raw_format_of(p.pixel_format);
   const std::uint32_t width = options_.single ? options_.width : 2 * options_.width;
   if (p.state == GenicamPicture::State::kUnusable || !format || p.width != width ||
       p.height != options_.height)
     return refuse(Cause::kFrameShort,
                   "gives pictures of another size or format than was set -> "
                   "does another program use it?");
-  const std::size_t row = bytes_per_pixel(*format) * p.width + p.padding;
-  const Picture picture{p.data, p.bytes, row, p.width, p.height, *format};
+  const std::size_t row = bytes_per_raw_pixel(*format) * p.width + p.padding;
+  const RawPicture picture{p.data, p.bytes, row, p.width, p.height, *format};
   if (auto done = unpack(picture, options_.swap, options_.camera, out, facts); !done)
     return refuse(Cause::kFrameShort, done.error().what);
   if (out.right != nullptr &&

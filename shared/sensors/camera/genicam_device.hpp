@@ -9,7 +9,7 @@
 
 #include "sensors/camera/device_clock.hpp"
 #include "sensors/camera/genicam_io.hpp"
-#include "sensors/camera/pixel_format.hpp"
+#include "sensors/camera/raw_picture.hpp"
 #include "sensors/camera/stereo_device.hpp"
 
 namespace crane {

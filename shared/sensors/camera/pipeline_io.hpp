@@ -6,13 +6,13 @@
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
-#include "sensors/camera/pixel_format.hpp"
+#include "sensors/camera/raw_picture.hpp"
 
 namespace crane {
 
 /// One picture out of a media pipeline.
 struct PipelinePicture {
-  Picture picture;
+  RawPicture picture;
   /// When it was taken, Unix epoch [ns]; nothing: the pipeline does not say.
   std::optional<TimeNs> captured;
   std::string clock;                    ///< what says so, for people

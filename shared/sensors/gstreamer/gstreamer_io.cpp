@@ -17,18 +17,18 @@ constexpr const char* kCaps = "video/x-raw, format = (string) { GRAY8, BGR, RGB,
 constexpr GstClockTime kStart = 3 * GST_SECOND;
 constexpr guint kBuffers = 4;
 
-std::optional<PixelFormat> format_of(GstVideoFormat format) {
+std::optional<RawFormat> format_of(GstVideoFormat format) {
   switch (format) {
     case GST_VIDEO_FORMAT_GRAY8:
-      return PixelFormat::kMono8;
+      return RawFormat::kMono8;
     case GST_VIDEO_FORMAT_BGR:
-      return PixelFormat::kBgr8;
+      return RawFormat::kBgr8;
     case GST_VIDEO_FORMAT_RGB:
-      return PixelFormat::kRgb8;
+      return RawFormat::kRgb8;
     case GST_VIDEO_FORMAT_YUY2:
-      return PixelFormat::kYuyv;
+      return RawFormat::kYuyv;
     case GST_VIDEO_FORMAT_UYVY:
-      return PixelFormat::kUyvy;
+      return RawFormat::kUyvy;
     default:
       return std::nullopt;
   }

@@ -11,30 +11,30 @@
 namespace crane {
 
 /// How a camera lays out its pixels, whoever connects it.
-enum class PixelFormat { kMono8, kRgb8, kBgr8, kYuyv, kUyvy };
+enum class RawFormat { kMono8, kRgb8, kBgr8, kYuyv, kUyvy };
 
 /// As GenICam's PixelFormat names it (SFNC, and the older names).
-std::optional<PixelFormat> pixel_format_of(std::string_view genicam_name);
+std::optional<RawFormat> raw_format_of(std::string_view genicam_name);
 /// By its number in the Pixel Format Naming Convention, which stands in every picture.
-std::optional<PixelFormat> pixel_format_of(std::uint32_t pfnc);
-std::string known_pixel_formats();
+std::optional<RawFormat> raw_format_of(std::uint32_t pfnc);
+std::string known_raw_formats();
 /// Of a pixel, in memory.
-std::size_t bytes_per_pixel(PixelFormat format);
+std::size_t bytes_per_raw_pixel(RawFormat format);
 
 /// One picture as it lies in memory.
-struct Picture {
+struct RawPicture {
   const std::uint8_t* data = nullptr;
   std::size_t bytes = 0;
   std::size_t row_bytes = 0;  ///< 0: rows follow each other without padding
   std::uint32_t width = 0, height = 0;
-  PixelFormat format = PixelFormat::kMono8;
+  RawFormat format = RawFormat::kMono8;
 };
 
 /// Puts a picture into `out`: whole into `left` where there is no right buffer, else its left and
 /// right half (`swap`: the other way round). Mono, or BGR where it has three colours a pixel; of
 /// YUV only the luma, which is measured at every pixel. Sizes and channels go to `facts`.
 /// Error: WrongSize where it has fewer bytes than it says, or does not fit.
-Result<void> unpack(const Picture& picture, bool swap, const std::string& name,
+Result<void> unpack(const RawPicture& picture, bool swap, const std::string& name,
                     const FrameBuffers& out, FrameFacts& facts);
 
 }  // namespace crane

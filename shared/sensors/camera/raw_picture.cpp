@@ -1,4 +1,4 @@
-#include "sensors/camera/pixel_format.hpp"
+#include "sensors/camera/raw_picture.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,7 @@ namespace crane {
 namespace {
 
 struct Row {
-  PixelFormat format;
+  RawFormat format;
   std::string_view name;
   std::uint32_t pfnc;
   std::size_t bytes;     ///< of a pixel
@@ -17,40 +17,40 @@ struct Row {
 
 // The first name of a format is the one to be written down.
 constexpr Row kTable[] = {
-    {PixelFormat::kMono8, "Mono8", 0x01080001, 1, 1},
-    {PixelFormat::kRgb8, "RGB8", 0x02180014, 3, 3},
-    {PixelFormat::kRgb8, "RGB8Packed", 0x02180014, 3, 3},
-    {PixelFormat::kBgr8, "BGR8", 0x02180015, 3, 3},
-    {PixelFormat::kBgr8, "BGR8Packed", 0x02180015, 3, 3},
-    {PixelFormat::kYuyv, "YUV422_8", 0x02100032, 2, 1},
-    {PixelFormat::kUyvy, "YUV422_8_UYVY", 0x0210001F, 2, 1},
-    {PixelFormat::kUyvy, "YUV422Packed", 0x0210001F, 2, 1},
+    {RawFormat::kMono8, "Mono8", 0x01080001, 1, 1},
+    {RawFormat::kRgb8, "RGB8", 0x02180014, 3, 3},
+    {RawFormat::kRgb8, "RGB8Packed", 0x02180014, 3, 3},
+    {RawFormat::kBgr8, "BGR8", 0x02180015, 3, 3},
+    {RawFormat::kBgr8, "BGR8Packed", 0x02180015, 3, 3},
+    {RawFormat::kYuyv, "YUV422_8", 0x02100032, 2, 1},
+    {RawFormat::kUyvy, "YUV422_8_UYVY", 0x0210001F, 2, 1},
+    {RawFormat::kUyvy, "YUV422Packed", 0x0210001F, 2, 1},
 };
 
-const Row& row_of(PixelFormat format) {
+const Row& row_of(RawFormat format) {
   return *std::find_if(std::begin(kTable), std::end(kTable),
                        [format](const Row& row) { return row.format == format; });
 }
 
-void copy_row(PixelFormat format, const std::uint8_t* from, std::size_t width, std::uint8_t* to) {
+void copy_row(RawFormat format, const std::uint8_t* from, std::size_t width, std::uint8_t* to) {
   switch (format) {
-    case PixelFormat::kMono8:
+    case RawFormat::kMono8:
       std::memcpy(to, from, width);
       break;
-    case PixelFormat::kBgr8:
+    case RawFormat::kBgr8:
       std::memcpy(to, from, 3 * width);
       break;
-    case PixelFormat::kRgb8:
+    case RawFormat::kRgb8:
       for (std::size_t x = 0; x < 3 * width; x += 3) {
         to[x] = from[x + 2];
         to[x + 1] = from[x + 1];
         to[x + 2] = from[x];
       }
       break;
-    case PixelFormat::kYuyv:
+    case RawFormat::kYuyv:
       for (std::size_t x = 0; x < width; ++x) to[x] = from[2 * x];
       break;
-    case PixelFormat::kUyvy:
+    case RawFormat::kUyvy:
       for (std::size_t x = 0; x < width; ++x) to[x] = from[2 * x + 1];
       break;
   }
@@ -58,30 +58,30 @@ void copy_row(PixelFormat format, const std::uint8_t* from, std::size_t width, s
 
 }  // namespace
 
-std::optional<PixelFormat> pixel_format_of(std::string_view genicam_name) {
+std::optional<RawFormat> raw_format_of(std::string_view genicam_name) {
   for (const Row& row : kTable)
     if (row.name == genicam_name) return row.format;
   return std::nullopt;
 }
 
-std::optional<PixelFormat> pixel_format_of(std::uint32_t pfnc) {
+std::optional<RawFormat> raw_format_of(std::uint32_t pfnc) {
   for (const Row& row : kTable)
     if (row.pfnc == pfnc) return row.format;
   return std::nullopt;
 }
 
-std::string known_pixel_formats() {
+std::string known_raw_formats() {
   std::string out;
   for (const Row& row : kTable) out += (out.empty() ? "" : ", ") + std::string(row.name);
   return out;
 }
 
-std::size_t bytes_per_pixel(PixelFormat format) {
+std::size_t bytes_per_raw_pixel(RawFormat format) {
   return row_of(format).bytes;
 }
 
-Result<void> unpack(const Picture& p, bool swap, const std::string& name, const FrameBuffers& out,
-                    FrameFacts& facts) {
+Result<void> unpack(const RawPicture& p, bool swap, const std::string& name,
+                    const FrameBuffers& out, FrameFacts& facts) {
   const Row& row = row_of(p.format);
   const bool pair = out.right != nullptr;
   const std::size_t packed = row.bytes * p.width;
