@@ -8,10 +8,10 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
-#include "camera_device.hpp"
 #include "geometry/calibration_digest.hpp"
 #include "recording/calibration.hpp"
 #include "recording_source.hpp"
+#include "sensors/camera/camera_device.hpp"
 #include "sensors/camera/live_source.hpp"
 #include "service/player.hpp"
 #include "service/run_service.hpp"
@@ -73,7 +73,7 @@ Result<Opened> open_live(const Options& options, const CameraConfig& config) {
         "without --calibration frames do not say which one they belong to: a wrong one at "
         "cranemap-stereo is then not found out");
   }
-  auto device = make_camera_device(config, rig);
+  auto device = make_camera_device(config, rig, v1::MAX_PIXELS);
   if (!device) return device.error();
   const auto sleep_until = [](TimeNs time) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(time - kSteady.now()));

@@ -25,6 +25,10 @@ std::vector<Finding> examine_host(const SiteConfig& config);
 /// line for itself: a service that follows it already is said to be in use.
 std::vector<Finding> examine_rangefinders(const SiteConfig& config);
 
+/// Opens the camera of the configuration and waits up to three seconds for a pair. Likewise needs
+/// it for itself.
+std::vector<Finding> examine_camera(const SiteConfig& config);
+
 /// Joins the network for some seconds: who is there, whose clock is off, and whose endpoints do not
 /// match by their QoS, type or partition.
 std::vector<Finding> examine_network(const SiteConfig& config, double seconds);

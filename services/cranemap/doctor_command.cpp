@@ -43,6 +43,7 @@ int doctor(const Options& options) {
   };
   show(examine_host(*site));
   show(examine_rangefinders(*site));
+  show(examine_camera(*site));
   if (options.seconds > 0) show(examine_network(*site, options.seconds));
   std::printf("%s\n", bad == 0 ? "nothing is in the way" : "the lines marked BAD are in the way");
   return bad == 0 ? kExitOk : kExitResource;
@@ -55,7 +56,8 @@ Command add_doctor_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "doctor",
       "Why does no data come? Checks what the configured network needs of this host, what its\n"
-      "rangefinders say, then who is on it and whose QoS, type, partition or clock does not fit; "
+      "camera and rangefinders say, then who is on it and whose QoS, type, partition or clock does "
+      "not fit; "
       "says what to do.\n"
       "Exit code 0: nothing is in the way; 3: something is.");
   add_site_options(*command, options->site);

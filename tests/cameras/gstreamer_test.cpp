@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "load_module.hpp"
+#include "sensors/camera/load_module.hpp"
 #include "sensors/camera/pipeline_device.hpp"
 
 namespace crane {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <linux/usb/video.h>
+#include <linux/uvcvideo.h>
 #include <linux/videodev2.h>
 
 #include <cerrno>
@@ -21,6 +23,11 @@ struct FakeCamera {
   std::uint32_t format = V4L2_PIX_FMT_YUYV, width = 64, height = 16, rate_hz = 15;
   std::uint32_t padding = 0;  ///< bytes behind each row
   bool has_gain = true;
+  std::string card = "UVC Camera";
+  std::uint16_t unit_bytes =
+      0;                        ///< of the ZED's extension unit: 64 on USB 2, 384 on USB 3; 0: none
+  bool deaf_right_eye = false;  ///< its right sensor takes nothing
+  int unit_fails = 0;           ///< so many of its next commands fail
   // What goes wrong, from now on; 0: nothing.
   int open_error = 0, query_error = 0, format_error = 0, stream_error = 0, dequeue_error = 0;
 
@@ -36,6 +43,10 @@ struct FakeCamera {
   int opens = 0, closes = 0, maps = 0, unmaps = 0;
   bool streaming = false;
   std::map<std::uint32_t, int> controls;
+  /// The ZED's registers: of the left and right sensor (0xA3, 0xA5) and the processor (0xA2).
+  std::map<std::pair<std::uint8_t, std::uint32_t>, std::uint8_t> registers = {
+      {{0xA2, 0x80181033}, 0xFF}, {{0xA2, 0x80181833}, 0xFF}};
+  std::vector<std::uint8_t> unit_answer;
   std::vector<std::vector<std::uint8_t>> memory;
   std::deque<std::uint32_t> queued;
 
@@ -71,6 +82,7 @@ class FakeV4l2 final : public V4l2Io {
         if (c_.query_error != 0) return -c_.query_error;
         auto& a = *static_cast<v4l2_capability*>(argument);
         a.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING | V4L2_CAP_DEVICE_CAPS;
+        std::strncpy(reinterpret_cast<char*>(a.card), c_.card.c_str(), sizeof a.card);
         a.device_caps = c_.capabilities;  // of this node; the others are the whole device's
         return 0;
       }
@@ -122,6 +134,8 @@ class FakeV4l2 final : public V4l2Io {
       case VIDIOC_STREAMOFF:
         c_.streaming = false;
         return 0;
+      case UVCIOC_CTRL_QUERY:
+        return unit(*static_cast<uvc_xu_control_query*>(argument));
       case VIDIOC_DQBUF:
         return dequeue(*static_cast<v4l2_buffer*>(argument));
       default:
@@ -130,6 +144,35 @@ class FakeV4l2 final : public V4l2Io {
   }
 
  private:
+  /// As the ZED answers: a command in, its answer with the next question.
+  int unit(uvc_xu_control_query& q) {
+    if (c_.unit_bytes == 0 || q.unit != 4 || q.selector != 2) return -ENOENT;
+    if (q.query == UVC_GET_LEN) {
+      if (q.size != 2) return -ENOBUFS;
+      q.data[0] = static_cast<std::uint8_t>(c_.unit_bytes);
+      q.data[1] = static_cast<std::uint8_t>(c_.unit_bytes >> 8U);
+      return 0;
+    }
+    if (q.size != c_.unit_bytes) return -ENOBUFS;
+    if (c_.unit_fails > 0) return --c_.unit_fails, -EPIPE;
+    if (q.query == UVC_GET_CUR) {
+      if (c_.unit_answer.size() != q.size) return -EINVAL;
+      std::memcpy(q.data, c_.unit_answer.data(), q.size);
+      return 0;
+    }
+    const std::uint8_t* b = q.data;
+    const bool system = b[1] == 0xA2;
+    if ((!system && b[1] != 0xA3 && b[1] != 0xA5) || b[2] != (system ? 0 : 0x6C) ||
+        b[3] != (system ? 4 : 2) || b[4] != 1 || b[9] != (system ? 0 : 0x90) || b[10] != 1)
+      return -EINVAL;
+    const std::pair<std::uint8_t, std::uint32_t> at = {b[1], std::uint32_t{b[5]} << 24U |
+                                                                 std::uint32_t{b[6]} << 16U |
+                                                                 std::uint32_t{b[7]} << 8U | b[8]};
+    if (b[0] == 0x50 && !(c_.deaf_right_eye && b[1] == 0xA5)) c_.registers[at] = b[16];
+    c_.unit_answer.assign(b, b + q.size);
+    c_.unit_answer[17] = c_.registers[at];
+    return 0;
+  }
   int dequeue(v4l2_buffer& b) {
     if (c_.dequeue_error != 0) return -c_.dequeue_error;
     if (c_.frames.empty() || c_.queued.empty()) return -EAGAIN;

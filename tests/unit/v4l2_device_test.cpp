@@ -287,6 +287,86 @@ TEST_F(V4l2DeviceTest, ADarkHallIsMadeBrighterByGainOnceExposureIsAtWhatMotionAl
   EXPECT_EQ(camera_.controls[V4L2_CID_GAIN], 1 + 499 / 32);
 }
 
+class ZedTest : public V4l2DeviceTest {
+ protected:
+  ZedTest() {
+    camera_.card = "ZED 2: ZED 2";
+    camera_.unit_bytes = 384;
+    options_.exposure = 40;  // 4 ms
+    options_.gain = 50;
+    make();
+  }
+  int sensor(std::uint8_t eye, std::uint32_t address) {
+    return camera_.registers[{eye, address}] << 16 | camera_.registers[{eye, address + 1}] << 8 |
+           camera_.registers[{eye, address + 2}];
+  }
+};
+
+TEST_F(ZedTest, ExposureAndGainAreSetInTheRegistersOfBothEyesOnUsb3AndUsb2) {
+  for (const std::uint16_t bytes : {std::uint16_t{384}, std::uint16_t{64}}) {
+    camera_.unit_bytes = bytes;
+    camera_.registers.clear();
+    camera_.registers[{0xA2, 0x80181033}] = camera_.registers[{0xA2, 0x80181833}] = 0xFF;
+    ASSERT_TRUE(device_->open());
+    EXPECT_EQ((camera_.registers[{0xA2, 0x80181033}]), 0xFD) << "only the automatic is off";
+    EXPECT_EQ((camera_.registers[{0xA2, 0x80181833}]), 0xFD);
+    for (const std::uint8_t eye : {std::uint8_t{0xA3}, std::uint8_t{0xA5}}) {
+      // 4 ms of 66.7 are 93 of 1550 lines, in sixteenths of a line.
+      EXPECT_EQ(sensor(eye, 0x3500), 93 << 4);
+      EXPECT_EQ(sensor(eye, 0x3507), 450) << "half of the 658 values that there are";
+    }
+    EXPECT_FALSE(camera_.controls.contains(V4L2_CID_EXPOSURE_ABSOLUTE));
+  }
+}
+
+TEST_F(ZedTest, NothingIsTouchedWhereNothingIsToBeSet) {
+  options_.exposure.reset();
+  options_.gain.reset();
+  make();
+  ASSERT_TRUE(device_->open());
+  EXPECT_EQ((camera_.registers[{0xA2, 0x80181033}]), 0xFF);
+}
+
+TEST_F(ZedTest, WhatItCannotDoIsSaid) {
+  options_.exposure = 5000;
+  make();
+  expect_open_error(ErrorCode::kConfiguration, "exposure 5000 is not within its 0 .. 666 at 15 Hz",
+                    "change exposure_100us");
+  options_.exposure = 40;
+  options_.gain = 101;
+  make();
+  expect_open_error(ErrorCode::kConfiguration, "gain 101 is not within its 0 .. 100", "gain");
+  options_.gain = 5;
+  make();
+  camera_.deaf_right_eye = true;
+  expect_open_error(ErrorCode::kResource, "the right eye does not take", "firmware");
+  camera_.deaf_right_eye = false;
+  camera_.unit_bytes = 0;
+  expect_open_error(ErrorCode::kConfiguration, "has not the ZED's registers", "leave exposure");
+}
+
+TEST_F(ZedTest, ACommandThatFailsIsTriedThreeTimes) {
+  camera_.unit_fails = 2;
+  ASSERT_TRUE(device_->open());
+  camera_.unit_fails = 3;
+  expect_open_error(ErrorCode::kResource, "setting exposure or gain failed", "unplug");
+}
+
+TEST_F(ZedTest, ADarkHallIsMadeBrighterByItsGain) {
+  options_.gain.reset();
+  options_.brightness = 110;
+  make();
+  ASSERT_TRUE(device_->open());
+  EXPECT_EQ(sensor(0xA3, 0x3507), 0);
+  for (std::uint32_t n = 0; n < BrightnessControl::kSettle; ++n) {
+    give(n, std::vector<std::uint8_t>(kHeight * kWidth * 4, 30));
+    ASSERT_TRUE(*grab());
+  }
+  EXPECT_GT(sensor(0xA3, 0x3507), 0);
+  EXPECT_EQ(sensor(0xA3, 0x3507), sensor(0xA5, 0x3507));
+  EXPECT_EQ(sensor(0xA3, 0x3500), 93 << 4);
+}
+
 TEST_F(V4l2DeviceTest, UnpluggedIsAnErrorAndAnotherOpenWorks) {
   ASSERT_TRUE(device_->open());
   give(0);

@@ -104,6 +104,8 @@ Result<void> V4l2Device::check_camera() {
         ErrorCode::kConfiguration, options_.path,
         "gives no pictures: it is another node of the camera, such as that of its metadata",
         "name the camera's first node; v4l2-ctl --list-devices"};
+  const auto* card = reinterpret_cast<const char*>(c.card);
+  card_.assign(card, strnlen(card, sizeof c.card));
   return {};
 }
 
@@ -174,7 +176,35 @@ Result<void> V4l2Device::set_control(std::uint32_t id, const char* name, int val
   return {};
 }
 
+Result<void> V4l2Device::set_exposure(int value) {
+  return zed_ ? zed_->set_exposure(value)
+              : set_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure", value);
+}
+
+Result<void> V4l2Device::set_gain(int value) {
+  return zed_ ? zed_->set_gain(value) : set_control(V4L2_CID_GAIN, "gain", value);
+}
+
+/// Of the ZED: by its registers. Left alone where nothing is to be set.
+Result<void> V4l2Device::set_zed() {
+  if (!options_.exposure && !options_.gain) return {};
+  zed_.emplace(*io_, fd_, options_.path, options_.rate_hz);
+  if (auto set = zed_->set_manual(); !set) return set;
+  const int exposure = options_.exposure.value_or(zed_->longest_exposure() / 4);
+  const int gain = options_.gain.value_or(0);
+  if (auto set = zed_->set_exposure(exposure); !set) return set;
+  if (auto set = zed_->set_gain(gain); !set) return set;
+  if (options_.brightness && options_.exposure)
+    control_.emplace(*options_.brightness, BrightnessControl::Range{0, exposure},
+                     BrightnessControl::Range{0, ZedControls::kMostGain},
+                     BrightnessControl::Setting{exposure, gain});
+  return {};
+}
+
 Result<void> V4l2Device::set_controls() {
+  control_.reset();
+  zed_.reset();
+  if (ZedControls::is_zed(card_)) return set_zed();
   const std::optional<int> exposure = options_.exposure;
   if (exposure) {
     // Not every camera has a mode of exposure: then there is only the value.
@@ -184,7 +214,6 @@ Result<void> V4l2Device::set_controls() {
   }
   if (options_.gain)
     if (auto set = set_control(V4L2_CID_GAIN, "gain", *options_.gain); !set) return set;
-  control_.reset();
   if (!options_.brightness || !exposure) return {};
   const auto time = ask_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure");
   if (!time) return time.error();
@@ -206,9 +235,8 @@ Result<void> V4l2Device::keep_brightness(const FrameBuffers& out, const FrameFac
               ": exposure and gain are at their limits -> more or less light, or another "
               "camera.exposure_100us";
   if (!next) return {};
-  if (auto set = set_control(V4L2_CID_EXPOSURE_ABSOLUTE, "exposure", next->exposure); !set)
-    return set;
-  return set_control(V4L2_CID_GAIN, "gain", next->gain);
+  if (auto set = set_exposure(next->exposure); !set) return set;
+  return set_gain(next->gain);
 }
 
 Result<void> V4l2Device::start() {

@@ -13,6 +13,7 @@
 #include "sensors/camera/pair_layout.hpp"
 #include "sensors/camera/stereo_device.hpp"
 #include "sensors/camera/v4l2_io.hpp"
+#include "sensors/camera/zed_controls.hpp"
 
 namespace crane {
 
@@ -61,6 +62,9 @@ class V4l2Device final : public StereoDevice {
   Result<v4l2_queryctrl> ask_control(std::uint32_t id, const char* name);
   Result<void> keep_brightness(const FrameBuffers& out, const FrameFacts& facts);
   Result<void> set_control(std::uint32_t id, const char* name, int value);
+  Result<void> set_exposure(int value);
+  Result<void> set_gain(int value);
+  Result<void> set_zed();
   Result<void> start();
   Result<std::optional<v4l2_buffer>> newest(DropCounts& dropped);
   Result<void> give_back(v4l2_buffer buffer);
@@ -75,8 +79,10 @@ class V4l2Device final : public StereoDevice {
   std::size_t row_bytes_ = 0;
   std::vector<Buffer> buffers_;
   std::optional<std::uint32_t> last_sequence_;
-  std::uint64_t missed_ = 0;    ///< before the pair that was grabbed last
-  std::uint64_t left_out_ = 0;  ///< since then, and counted
+  std::uint64_t missed_ = 0;        ///< before the pair that was grabbed last
+  std::uint64_t left_out_ = 0;      ///< since then, and counted
+  std::string card_;                ///< as the driver names it
+  std::optional<ZedControls> zed_;  ///< of such a camera
   std::optional<BrightnessControl> control_;
   std::string remark_;
 };

@@ -1,4 +1,4 @@
-#include "load_module.hpp"
+#include "sensors/camera/load_module.hpp"
 
 #include <dlfcn.h>
 

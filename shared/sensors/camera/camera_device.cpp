@@ -1,13 +1,12 @@
-#include "camera_device.hpp"
+#include "sensors/camera/camera_device.hpp"
 
 #include <ctime>
 #include <string>
 #include <utility>
 
-#include "bounds.h"
-#include "load_module.hpp"
 #include "sensors/camera/folder_device.hpp"
 #include "sensors/camera/genicam_device.hpp"
+#include "sensors/camera/load_module.hpp"
 #include "sensors/camera/paired_device.hpp"
 #include "sensors/camera/pipeline_device.hpp"
 #include "sensors/camera/v4l2_device.hpp"
@@ -36,13 +35,14 @@ TimeNs latency(const CameraConfig& config) {
   return config.latency_ms * (kNsPerSecond / 1000);
 }
 
-Result<void> check_size(const CameraConfig& config, const std::optional<StereoRig>& rig) {
+Result<void> check_size(const CameraConfig& config, const std::optional<StereoRig>& rig,
+                        std::uint64_t most_pixels) {
   const auto width = static_cast<std::uint32_t>(config.width);
   const auto height = static_cast<std::uint32_t>(config.height);
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
-  if (std::uint64_t{width} * height > v1::MAX_PIXELS)
+  if (std::uint64_t{width} * height > most_pixels)
     return Error{ErrorCode::kConfiguration, "camera.width",
-                 size + " is more than the " + std::to_string(v1::MAX_PIXELS) +
+                 size + " is more than the " + std::to_string(most_pixels) +
                      " pixels that an image may have",
                  "use a smaller mode of the camera"};
   if (rig && (rig->left.width != width || rig->left.height != height || rig->right.width != width ||
@@ -113,12 +113,14 @@ Made make_one(const CameraConfig& config, const std::string& name) {
 
 }  // namespace
 
-Made make_camera_device(const CameraConfig& config, const std::optional<StereoRig>& rig) {
+Made make_camera_device(const CameraConfig& config, const std::optional<StereoRig>& rig,
+                        std::uint64_t most_pixels) {
   using Source = CameraConfig::Source;
+  if (config.source == Source::kRecording) return std::unique_ptr<StereoDevice>();
   if (config.source == Source::kFolder)
     return std::unique_ptr<StereoDevice>(std::make_unique<FolderDevice>(
         FolderOptions{config.path, latency(config), config.remove, rig}, kNow, kSteady));
-  if (auto fits = check_size(config, rig); !fits) return fits.error();
+  if (auto fits = check_size(config, rig, most_pixels); !fits) return fits.error();
   if (config.source == Source::kGstreamer) return make_pipeline(config);
   auto left = make_one(config, config.path);
   if (!left || config.right.empty()) return left;
