@@ -10,13 +10,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)crane::time_of_name({reinterpret_cast<const char*>(data), size});
   if (size < 5) return 0;
   const auto layout = static_cast<crane::PairLayout>(data[0] % 4);
+  const bool single = (data[0] & 0x80U) != 0;  // one of two cameras
   const std::uint32_t width = data[1], height = data[2], row_bytes = data[3] * 4U;
   // Exactly as large as a frame of that size may be: a byte more is found by asan.
   std::vector<std::uint8_t> left(std::size_t{width} * height * 3), right = left;
   crane::FrameFacts facts;
   const auto split = crane::split_pair(
       layout, data + 4, size - 4, width, height, row_bytes, "fuzz",
-      {left.data(), right.data(), left.size(), std::size_t{width} * height}, facts);
+      {left.data(), single ? nullptr : right.data(), left.size(), std::size_t{width} * height},
+      facts);
   if (!split) return 0;
   if (facts.width != width || facts.height != height || facts.channels % 2 == 0 ||
       facts.channels > 3)
