@@ -1,7 +1,9 @@
 #include "sensors/camera/genicam_device.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <utility>
 
@@ -16,11 +18,10 @@ constexpr std::uint64_t kLookAtPtpEvery = 64;
 /// TAI is ahead of UTC by so much since 2017.
 constexpr TimeNs kTaiAhead = 37 * kNsPerSecond;
 
-std::string number_text(double value) {
-  std::string text = std::to_string(value);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
+std::string seconds_text(TimeNs time) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3f", double(time) * 1e-9);
+  return text.data();
 }
 
 }  // namespace
@@ -37,7 +38,7 @@ void GenicamDevice::close() {
   if (std::exchange(open_, false)) io_->close();
   next_trigger_.reset();
   clock_.reset();
-  ptp_status_ = nullptr;
+  source_ = {};
   ptp_.clear();
   by_ptp_ = by_arrival_ = false;
   given_ = false;
@@ -50,142 +51,16 @@ Result<void> GenicamDevice::open() {
   close();
   open_ = true;
   if (auto opened = io_->open(options_.camera); !opened) return opened;
-  for (auto step : {&GenicamDevice::set_mode, &GenicamDevice::set_trigger,
-                    &GenicamDevice::set_light, &GenicamDevice::set_clock})
-    if (auto done = (this->*step)(); !done) return done;
+  const auto clock = set_genicam(*io_, options_);
+  if (!clock) return clock.error();
+  source_ = *clock;
+  if (source_.ptp_status != nullptr) look_at_ptp();
   return io_->start();
-}
-
-const char* GenicamDevice::first_of(Names names) {
-  for (const char* name : names)
-    if (io_->has(name)) return name;
-  return nullptr;
-}
-
-/// What the camera did not accept is the configuration's matter, unless the camera is gone.
-Error GenicamDevice::trouble(const Error& error, const char* key) const {
-  if (io_->lost() || error.code != ErrorCode::kBadData) return error;
-  return {ErrorCode::kConfiguration, options_.camera, error.what,
-          std::string("change camera.") + key + "; arv-tool-0.8 features shows what it has"};
-}
-
-Result<void> GenicamDevice::set_number(Names names, double value, const char* key,
-                                       double tolerance) {
-  const char* name = first_of(names);
-  if (name == nullptr)
-    return Error{ErrorCode::kConfiguration, options_.camera,
-                 std::string("has no ") + *names.begin() + " to set",
-                 std::string("leave camera.") + key + " out"};
-  if (const auto range = io_->range(name);
-      range && (value < range->least - tolerance || value > range->most + tolerance))
-    return Error{ErrorCode::kConfiguration, options_.camera,
-                 std::string(name) + " " + number_text(value) + " is not within its " +
-                     number_text(range->least) + " .. " + number_text(range->most),
-                 std::string("change camera.") + key};
-  if (auto set = io_->set_number(name, value); !set) return trouble(set.error(), key);
-  const auto is = io_->number(name);
-  if (!is) return trouble(is.error(), key);
-  if (std::abs(*is - value) > tolerance)
-    return Error{
-        ErrorCode::kConfiguration, options_.camera,
-        std::string(name) + " was set to " + number_text(value) + " and is " + number_text(*is),
-        std::string("change camera.") + key + " to what the camera can"};
-  return {};
-}
-
-Result<void> GenicamDevice::set_text(const char* feature, const std::string& value,
-                                     const char* key) {
-  if (auto set = io_->set_text(feature, value); !set) return trouble(set.error(), key);
-  const auto is = io_->text(feature);
-  if (!is) return trouble(is.error(), key);
-  if (*is != value)
-    return Error{ErrorCode::kConfiguration, options_.camera,
-                 std::string(feature) + " was set to " + value + " and is " + *is,
-                 std::string("change camera.") + key};
-  return {};
-}
-
-Result<void> GenicamDevice::set_mode() {
-  // From the middle of a larger sensor nothing is cut: offsets first, or the size does not fit.
-  for (const char* offset : {"OffsetX", "OffsetY"})
-    if (io_->has(offset)) (void)io_->set_number(offset, 0);
-  const std::uint32_t width = options_.single ? options_.width : 2 * options_.width;
-  if (auto set = set_number({"Width"}, width, "width", 0); !set) return set;
-  if (auto set = set_number({"Height"}, options_.height, "height", 0); !set) return set;
-  if (!raw_format_of(options_.pixel_format))
-    return Error{ErrorCode::kConfiguration, options_.camera,
-                 "nothing is known of PixelFormat " + options_.pixel_format,
-                 "set camera.pixel_format to one of " + known_raw_formats()};
-  return set_text("PixelFormat", options_.pixel_format, "pixel_format");
-}
-
-Result<void> GenicamDevice::set_trigger() {
-  if (io_->has("AcquisitionMode"))
-    if (auto set = set_text("AcquisitionMode", "Continuous", "trigger"); !set) return set;
-  if (io_->has("TriggerSelector"))
-    if (auto set = set_text("TriggerSelector", "FrameStart", "trigger"); !set) return set;
-  if (options_.trigger != "off") {
-    const std::string source = options_.trigger == "software" ? "Software" : options_.trigger;
-    if (auto set = set_text("TriggerSource", source, "trigger"); !set) return set;
-    if (io_->has("TriggerActivation"))
-      if (auto set = set_text("TriggerActivation", "RisingEdge", "trigger"); !set) return set;
-    return set_text("TriggerMode", "On", "trigger");
-  }
-  if (io_->has("TriggerMode"))
-    if (auto set = set_text("TriggerMode", "Off", "trigger"); !set) return set;
-  if (io_->has("AcquisitionFrameRateEnable"))
-    if (auto set = io_->set_flag("AcquisitionFrameRateEnable", true); !set)
-      return trouble(set.error(), "rate_hz");
-  return set_number({"AcquisitionFrameRate", "AcquisitionFrameRateAbs"}, options_.rate_hz,
-                    "rate_hz", 0.02 * options_.rate_hz);
-}
-
-Result<void> GenicamDevice::set_light() {
-  if (options_.exposure_us) {
-    if (io_->has("ExposureAuto"))
-      if (auto set = set_text("ExposureAuto", "Off", "exposure_100us"); !set) return set;
-    if (auto set = set_number({"ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"},
-                              *options_.exposure_us, "exposure_100us",
-                              std::max(20.0, 0.02 * *options_.exposure_us));
-        !set)
-      return set;
-  }
-  if (!options_.gain) return {};
-  if (io_->has("GainAuto"))
-    if (auto set = set_text("GainAuto", "Off", "gain"); !set) return set;
-  return set_number({"Gain", "GainRaw"}, *options_.gain, "gain", 0.5);
-}
-
-Result<void> GenicamDevice::set_clock() {
-  if (options_.stamps == GenicamOptions::Stamps::kChunk) {
-    for (const char* feature : {"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
-      if (!io_->has(feature) && feature != std::string_view("ChunkEnable"))
-        return Error{ErrorCode::kConfiguration, options_.camera,
-                     std::string("has no ") + feature + ": it sends no times in chunks",
-                     "set camera.stamps: camera"};
-    if (auto set = io_->set_flag("ChunkModeActive", true); !set)
-      return trouble(set.error(), "stamps");
-    if (auto set = set_text("ChunkSelector", "Timestamp", "stamps"); !set) return set;
-    if (auto set = io_->set_flag("ChunkEnable", true); !set) return trouble(set.error(), "stamps");
-    ticks_per_second_ = 1e9;
-    if (io_->has("GevTimestampTickFrequency"))
-      if (const auto ticks = io_->number("GevTimestampTickFrequency"); ticks && *ticks > 0)
-        ticks_per_second_ = *ticks;
-  }
-  if (!options_.ptp) return {};
-  const char* enable = first_of({"PtpEnable", "GevIEEE1588"});
-  ptp_status_ = first_of({"PtpStatus", "GevIEEE1588Status"});
-  if (enable == nullptr || ptp_status_ == nullptr)
-    return Error{ErrorCode::kConfiguration, options_.camera, "does not know PTP (IEEE 1588)",
-                 "leave camera.ptp out: its clock is followed without it"};
-  if (auto set = io_->set_flag(enable, true); !set) return trouble(set.error(), "ptp");
-  look_at_ptp();
-  return {};
 }
 
 void GenicamDevice::look_at_ptp() {
   if (io_->has("PtpDataSetLatch")) (void)io_->command("PtpDataSetLatch");
-  const auto status = io_->text(ptp_status_);
+  const auto status = io_->text(source_.ptp_status);
   ptp_ = status ? *status : status.error().what;
 }
 
@@ -245,15 +120,16 @@ TimeNs GenicamDevice::time_of(const GenicamPicture& p, FrameFacts& facts, DropCo
   if (options_.stamps == Stamps::kChunk) {
     const auto ticks = io_->chunk("ChunkTimestamp");
     if (!ticks) return 0;
-    stamp = ticks_per_second_ == 1e9
-                ? *ticks
-                : static_cast<TimeNs>(std::llround(double(*ticks) * (1e9 / ticks_per_second_)));
+    stamp =
+        source_.ticks_per_second == 1e9
+            ? *ticks
+            : static_cast<TimeNs>(std::llround(double(*ticks) * (1e9 / source_.ticks_per_second)));
   }
   // Where a camera has no clock, Aravis puts the time of arrival there.
   by_arrival_ = options_.stamps == Stamps::kArrival || stamp <= 0 || stamp == p.arrival;
   if (by_arrival_) return p.arrival;
   by_ptp_ = false;
-  if (ptp_status_ != nullptr) {
+  if (source_.ptp_status != nullptr) {
     if (seen_ % kLookAtPtpEvery == 0) look_at_ptp();
     if (ptp_ == "Slave" || ptp_ == "Master")
       for (const TimeNs ahead : {TimeNs{0}, kTaiAhead})
@@ -331,9 +207,8 @@ std::string GenicamDevice::about() const {
   if (by_arrival_)
     return options_.camera + ": stamped when pictures arrive, late by readout and network";
   if (by_ptp_) return options_.camera + ": stamped by PTP";
-  return options_.camera + ": stamped by its own clock, " +
-         number_text(std::round(double(ahead_) * 1e-6) * 1e-3) + " s behind this host's, set " +
-         std::to_string(clock_.steps()) + " times meanwhile";
+  return options_.camera + ": stamped by its own clock, " + seconds_text(ahead_) +
+         " s behind this host's, set " + std::to_string(clock_.steps()) + " times meanwhile";
 }
 
 }  // namespace crane
