@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <list>
@@ -138,6 +139,29 @@ TEST_F(RangefinderLive, DoctorAsksThem) {
   })) << said.output;
   EXPECT_NE(said.output.find("trolley-line: no such device"), std::string::npos) << said.output;
   EXPECT_EQ(said.code, 3);
+}
+
+TEST_F(RangefinderLive, RegistersOfAPlcAreReadAndItsHeartbeatIsHeard) {
+  // A port that other runs on this machine hardly use.
+  const std::string port = "tcp://127.0.0.1:" + std::to_string(20'000 + getpid() % 12'000);
+  std::ofstream(site()) << "dds: {domain: " << domain_ << "}\n"
+                        << "http: {port: 0}\n"
+                        << "rangefinders:\n"
+                        << "  - {axis: cart, device: modbus, port: '" << port << "', unit_m: 0.001,"
+                        << " modbus: {value_register: 100, value_type: float32, unit: 3,"
+                        << " low_word_first: true, heartbeat_register: 7}}\n";
+  Positions positions(domain_);
+  emulate("cart",
+          {"--from", "7.25", "--to", "7.25", "--fault", "broken", "--every", "6", "--lasts", "3"});
+  Process& service = rangefinder();
+  const auto first = positions.next(v1::AXIS_CART, true);
+  ASSERT_TRUE(first) << service.output();
+  EXPECT_NEAR(first->distance_m(), 7.25, 1e-5);
+  EXPECT_TRUE(positions.next(v1::AXIS_CART, false)) << service.output();
+  EXPECT_TRUE(eventually(20s, [&] {
+    return service.output().find("the PLC's heartbeat stands still") != std::string::npos;
+  })) << service.output();
+  EXPECT_TRUE(positions.next(v1::AXIS_CART, true)) << service.output();
 }
 
 TEST(Emulate, SaysWhatItIsMissing) {
