@@ -237,6 +237,7 @@ TEST_F(GenicamDeviceTest, OneOfTwoCamerasFillsTheLeftImageOnly) {
   make();
   ASSERT_TRUE(device_->open());
   EXPECT_EQ(camera_.numbers["Width"].value, kWidth);
+  EXPECT_EQ(device_->image_bytes(), kWidth * kHeight);
   give(9, 100);
   ASSERT_TRUE(*grab()) << device_->remark();
   EXPECT_EQ(facts_.width, kWidth);

@@ -202,6 +202,11 @@ Result<bool> GenicamDevice::grab(const FrameBuffers& out, FrameFacts& facts,
   return given_;
 }
 
+std::size_t GenicamDevice::image_bytes() const {
+  const auto format = raw_format_of(options_.pixel_format);
+  return format ? unpacked_bytes(*format) * options_.width * options_.height : 0;
+}
+
 std::string GenicamDevice::about() const {
   if (seen_ == 0) return options_.camera;
   if (by_arrival_)

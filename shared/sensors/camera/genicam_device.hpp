@@ -30,6 +30,7 @@ class GenicamDevice final : public StereoDevice {
   Result<bool> grab(const FrameBuffers& out, FrameFacts& facts, FrameSource::Deadline deadline,
                     DropCounts& dropped) override;
   [[nodiscard]] std::uint64_t missed() const override { return missed_; }
+  [[nodiscard]] std::size_t image_bytes() const override;
   [[nodiscard]] std::string remark() const override { return remark_; }
   [[nodiscard]] std::string about() const override;
 

@@ -26,6 +26,7 @@ class PairedDevice final : public StereoDevice {
   Result<bool> grab(const FrameBuffers& out, FrameFacts& facts, FrameSource::Deadline deadline,
                     DropCounts& dropped) override;
   [[nodiscard]] std::uint64_t missed() const override { return missed_; }
+  [[nodiscard]] std::size_t image_bytes() const override { return sides_[0].device->image_bytes(); }
   [[nodiscard]] std::string remark() const override;
   [[nodiscard]] std::string about() const override;
 

@@ -32,6 +32,10 @@ class PipelineDevice final : public StereoDevice {
   Result<bool> grab(const FrameBuffers& out, FrameFacts& facts, FrameSource::Deadline deadline,
                     DropCounts& dropped) override;
   [[nodiscard]] std::uint64_t missed() const override { return missed_; }
+  /// In colour or not only the first picture says.
+  [[nodiscard]] std::size_t image_bytes() const override {
+    return std::size_t{3} * options_.width * options_.height;
+  }
   [[nodiscard]] std::string remark() const override { return remark_; }
   [[nodiscard]] std::string about() const override;
   /// While pictures come their times may yet: RTSP's first sender report takes seconds.

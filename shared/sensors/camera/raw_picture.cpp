@@ -80,6 +80,10 @@ std::size_t bytes_per_raw_pixel(RawFormat format) {
   return row_of(format).bytes;
 }
 
+std::size_t unpacked_bytes(RawFormat format) {
+  return row_of(format).channels;
+}
+
 Result<void> unpack(const RawPicture& p, bool swap, const std::string& name,
                     const FrameBuffers& out, FrameFacts& facts) {
   const Row& row = row_of(p.format);

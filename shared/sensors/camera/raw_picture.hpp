@@ -21,6 +21,9 @@ std::string known_raw_formats();
 /// Of a pixel, in memory.
 std::size_t bytes_per_raw_pixel(RawFormat format);
 
+/// Of a pixel, as unpack() hands it on.
+std::size_t unpacked_bytes(RawFormat format);
+
 /// One picture as it lies in memory.
 struct RawPicture {
   const std::uint8_t* data = nullptr;
