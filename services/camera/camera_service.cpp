@@ -197,7 +197,7 @@ class Camera {
   void publish(const FrameFacts& facts) {
     v1::StereoFrame* sample = std::exchange(loan_, nullptr);
     sample->crane(context_.participant->settings().crane);
-    sample->encoding(facts.channels == 3 ? v1::ENCODING_BGR8 : v1::ENCODING_MONO8);
+    sample->encoding(static_cast<std::uint32_t>(facts.format));
     sample->stream(facts.stream);
     sample->sequence_number(static_cast<std::uint64_t>(facts.sequence));
     sample->after(facts.after);

@@ -153,7 +153,7 @@ void RecordingSource::fill(std::int64_t n, std::int64_t after, const FrameBuffer
   loaded_ = false;
   facts.width = left_.width;
   facts.height = left_.height;
-  facts.channels = left_.channels;
+  facts.format = left_.channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
   facts.exposure_time = recording_.frame_time(n) + stamp_offset_;
   facts.stream = options_.stream;
   facts.sequence = n;

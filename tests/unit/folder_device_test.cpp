@@ -74,7 +74,7 @@ TEST_F(FolderDeviceTest, APairIsTakenOnceWithTheTimeItIsNamedAfter) {
   EXPECT_EQ(facts_.exposure_time, 1'700'000'000'100'000'000);
   EXPECT_EQ(facts_.width, 8U);
   EXPECT_EQ(facts_.height, 6U);
-  EXPECT_EQ(facts_.channels, 1U);
+  EXPECT_EQ(facts_.format, PixelFormat::kMono8);
   EXPECT_EQ(left_[0], 50);
   EXPECT_EQ(right_[47], 51);
   EXPECT_FALSE(grab());

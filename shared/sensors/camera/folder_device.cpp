@@ -202,7 +202,7 @@ Result<bool> FolderDevice::grab(const FrameBuffers& out, FrameFacts& facts,
       const Stopwatch fill;
       facts.width = left.width;
       facts.height = left.height;
-      facts.channels = left.channels;
+      facts.format = left.channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
       facts.exposure_time = time - options_.latency;
       std::memcpy(out.left, left.bytes.data(), left.bytes.size());
       std::memcpy(out.right, right.bytes.data(), right.bytes.size());

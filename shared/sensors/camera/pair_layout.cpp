@@ -52,7 +52,7 @@ Result<void> split_jpeg(const std::uint8_t* frame, std::size_t bytes, std::uint3
     std::memcpy(out.left + y * row, from, row);
     std::memcpy(out.right + y * row, from + row, row);
   }
-  facts.channels = both->channels;
+  facts.format = both->channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
   return {};
 }
 
@@ -72,7 +72,7 @@ Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_
                  std::to_string(width) + " x " + std::to_string(height) + " pixels do not fit", ""};
   facts.width = width;
   facts.height = height;
-  facts.channels = 1;
+  facts.format = PixelFormat::kMono8;
   if (layout == PairLayout::kSideBySideJpeg)
     return split_jpeg(frame, bytes, width, height, name, out, facts);
   const std::size_t packed = packed_row(layout, width);
