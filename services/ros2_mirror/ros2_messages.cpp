@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "bounds.h"
+#include "imaging/convert.hpp"
 #include "map_codec/compression.hpp"
 #include "map_codec/crc32c.hpp"
 #include "service/service_name.hpp"
@@ -68,7 +69,7 @@ Frames::Frames(std::uint32_t crane) {
   camera_rectified = prefix + "camera_rectified";
 }
 
-sm::PointCloud2_ point_cloud(const v1::PartialCloud& c, std::uint32_t step, const Frames& frames) {
+sm::PointCloud2_ point_cloud(const dds::PartialCloud& c, std::uint32_t step, const Frames& frames) {
   sm::PointCloud2_ m =
       empty_cloud(c.exposure_time_ns(), frames.camera_rectified, {"x", "y", "z", "rgb"});
   m.height(c.height() / step);
@@ -95,16 +96,28 @@ sm::PointCloud2_ point_cloud(const v1::PartialCloud& c, std::uint32_t step, cons
   return m;
 }
 
-sm::Image_ image(const v1::StereoFrame& f, const Frames& frames) {
-  const bool colour = f.encoding() == v1::ENCODING_BGR8;
+Result<sm::Image_> image(const dds::StereoFrame& f, const Frames& frames) {
+  const auto format = pixel_format(f.encoding());
+  if (!format) return Error{ErrorCode::kBadData, "stereo_frame", "unknown encoding", ""};
   sm::Image_ m;
   m.header(header(f.exposure_time_ns(), frames.camera));
   m.height(f.height());
   m.width(f.width());
-  m.encoding(colour ? "bgr8" : "mono8");
   m.is_bigendian(0);
+  // ROS has our names for what it has (and two for YUV 4:2:2); the rest becomes what it has.
+  const std::uint32_t pixel = bytes_per_pixel(*format);
+  m.encoding(*format == PixelFormat::kYuyv ? "yuv422_yuy2" : name_of(*format));
+  if (pixel != 0) {
+    m.step(f.width() * pixel);
+    m.data().assign(f.left().begin(), f.left().begin() + std::size_t{m.step()} * f.height());
+    return m;
+  }
+  const bool colour = may_have_colour(*format);
+  const ImageView view{*format, f.width(), f.height(), {f.left().data(), f.left().size()}};
+  auto converted = colour ? to_bgr(view, m.data()) : to_grey(view, m.data());
+  if (!converted) return converted.error();
+  m.encoding(colour ? "bgr8" : "mono8");
   m.step(f.width() * (colour ? 3 : 1));
-  m.data().assign(f.left().begin(), f.left().begin() + std::ptrdiff_t(m.step()) * f.height());
   return m;
 }
 

@@ -38,6 +38,10 @@ inline constexpr std::uint32_t kMaxImagePixels = 2448 * 2048;
 inline constexpr std::size_t kMaxImageBytes = std::size_t{3} * kMaxImagePixels;
 
 std::optional<PixelFormat> pixel_format(std::uint32_t encoding);
+/// Of an image in memory: 3 channels are BGR, one is grey.
+constexpr PixelFormat format_of_channels(std::uint32_t channels) {
+  return channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
+}
 
 /// "mono8", "bayer_rggb10p".
 const char* name_of(PixelFormat format);

@@ -100,7 +100,7 @@ Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_
   return {ErrorCode::kBadData, name,
           std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
               std::to_string(max_pixels) + " pixels fit a stereo frame",
-          "set the camera to 1280 x 720 or less"};
+          "set the camera to 2448 x 2048 or less"};
 }
 
 Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,

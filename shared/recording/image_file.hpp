@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "imaging/convert.hpp"
 
 namespace crane {
 
@@ -12,6 +13,10 @@ namespace crane {
 struct Image {
   std::uint32_t width = 0, height = 0, channels = 0;
   std::vector<std::uint8_t> bytes;
+
+  [[nodiscard]] ImageView view() const {
+    return {format_of_channels(channels), width, height, bytes};
+  }
 };
 
 /// Decodes a PNG or JPEG file of at most 64 MiB; images of more than max_pixels are refused.

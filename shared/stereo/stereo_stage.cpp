@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "stereo/disparity_support.hpp"
@@ -73,7 +74,24 @@ struct StereoStage::Impl {
   PairCheck check;
   bool coloured = false;
   std::int64_t number = -1;
-  cv::Mat left_colour, left, right_grey, right, disparity;
+  cv::Mat left_colour, left, right, disparity;
+  std::vector<std::uint8_t> converted;
+
+  /// What is grey or BGR already is not copied.
+  Result<cv::Mat> grey_of(const ImageView& image) { return as(image, PixelFormat::kMono8); }
+  Result<cv::Mat> bgr_of(const ImageView& image) { return as(image, PixelFormat::kBgr8); }
+
+ private:
+  Result<cv::Mat> as(const ImageView& image, PixelFormat wanted) {
+    const bool grey = wanted == PixelFormat::kMono8;
+    const int type = grey ? CV_8UC1 : CV_8UC3;
+    if (image.format == wanted &&
+        image_flaw(image.format, image.width, image.height, image.bytes.size()) == nullptr)
+      return cv::Mat(size, type, const_cast<std::uint8_t*>(image.bytes.data()));
+    const auto done = grey ? to_grey(image, converted) : to_bgr(image, converted);
+    if (!done) return done.error();
+    return cv::Mat(size, type, converted.data());
+  }
 };
 
 StereoStage::StereoStage(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -184,27 +202,30 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
 
 Result<double> StereoStage::rectify(const StereoImages& images) {
   Impl& m = *impl_;
-  if (images.width != m.camera.width || images.height != m.camera.height)
-    return Error{ErrorCode::kWrongSize, "stereo frame",
-                 std::to_string(images.width) + " x " + std::to_string(images.height) +
-                     " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
-                     std::to_string(m.size.height),
-                 "use the calibration of this camera at this resolution"};
+  for (const ImageView* image : {&images.left, &images.right})
+    if (image->width != m.camera.width || image->height != m.camera.height)
+      return Error{ErrorCode::kWrongSize, "stereo frame",
+                   std::to_string(image->width) + " x " + std::to_string(image->height) +
+                       " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
+                       std::to_string(m.size.height),
+                   "use the calibration of this camera at this resolution"};
   const Stopwatch watch;
   try {
-    m.coloured = images.channels == 3;
+    m.coloured = may_have_colour(images.left.format);
     m.number = images.number;
-    const int type = m.coloured ? CV_8UC3 : CV_8UC1;
-    const cv::Mat raw_left(m.size, type, const_cast<std::uint8_t*>(images.left));
-    const cv::Mat raw_right(m.size, type, const_cast<std::uint8_t*>(images.right));
+    const auto rectify = [&m](const cv::Mat& raw, bool left, cv::Mat& out) {
+      const cv::Mat* map = left ? m.map_left : m.map_right;
+      cv::remap(raw, out, map[0], map[1], cv::INTER_LINEAR);
+    };
+    for (const bool left : {true, false}) {
+      const auto grey = m.grey_of(left ? images.left : images.right);
+      if (!grey) return grey.error();
+      rectify(*grey, left, left ? m.left : m.right);
+    }
     if (m.coloured) {
-      cv::remap(raw_left, m.left_colour, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
-      cv::cvtColor(m.left_colour, m.left, cv::COLOR_BGR2GRAY);
-      cv::cvtColor(raw_right, m.right_grey, cv::COLOR_BGR2GRAY);
-      cv::remap(m.right_grey, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
-    } else {
-      cv::remap(raw_left, m.left, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
-      cv::remap(raw_right, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
+      const auto colour = m.bgr_of(images.left);
+      if (!colour) return colour.error();
+      rectify(*colour, true, m.left_colour);
     }
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::kBadData, "stereo frame", "OpenCV: " + e.err, ""};

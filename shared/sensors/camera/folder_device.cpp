@@ -155,7 +155,7 @@ Result<FolderDevice::State> FolderDevice::judge(Pair& pair, const FrameBuffers& 
       remark_ = pair.side[0].path + ": left and right differ in colour";
       return State::kRefused;
     }
-    if (left.width != right.width || left.height != right.height || left.bytes.size() > out.bytes) {
+    if (left.width != right.width || left.height != right.height) {
       dropped.add(Cause::kImageUnreadable);
       remark_ = pair.side[0].path + ": left and right differ in size";
       return State::kRefused;
@@ -198,11 +198,13 @@ Result<bool> FolderDevice::grab(const FrameBuffers& out, FrameFacts& facts,
       if (*state != State::kComplete) continue;
       const Image& left = *it->second.side[0].image;
       const Image& right = *it->second.side[1].image;
+      image_bytes_ = std::max(image_bytes_, left.bytes.size());
+      if (left.bytes.size() > out.bytes) return false;  // it waits for larger buffers
       facts.decode_ms = watch.ms();
       const Stopwatch fill;
       facts.width = left.width;
       facts.height = left.height;
-      facts.format = left.channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
+      facts.format = format_of_channels(left.channels);
       facts.exposure_time = time - options_.latency;
       std::memcpy(out.left, left.bytes.data(), left.bytes.size());
       std::memcpy(out.right, right.bytes.data(), right.bytes.size());

@@ -53,6 +53,9 @@ class FrameSource {
   /// Error: what asking again does not mend: the configuration, or a map that never answers.
   virtual Result<Next> next(const FrameBuffers& out, FrameFacts& facts, Deadline deadline) = 0;
 
+  /// Bytes of each image of the pairs that come, as far as known before they do, and no less than
+  /// any pair that did not fit; 0: not known.
+  [[nodiscard]] virtual std::size_t image_bytes() const { return 0; }
   /// What was lost or refused, by cause, since the start.
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }
   /// What is wrong now and what to do about it; empty: nothing.

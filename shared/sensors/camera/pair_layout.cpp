@@ -52,7 +52,7 @@ Result<void> split_jpeg(const std::uint8_t* frame, std::size_t bytes, std::uint3
     std::memcpy(out.left + y * row, from, row);
     std::memcpy(out.right + y * row, from + row, row);
   }
-  facts.format = both->channels == 3 ? PixelFormat::kBgr8 : PixelFormat::kMono8;
+  facts.format = format_of_channels(both->channels);
   return {};
 }
 
