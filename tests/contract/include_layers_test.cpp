@@ -54,6 +54,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/rtps_guard", {{}, {}}},
     {"shared/dds",
      {{"base", "geometry", "imaging", "rtps_guard"}, {"fastdds", "fastrtps", "openssl"}}},
+    {"shared/camera_writer", {{"base", "dds", "imaging"}, {}}},
     {"shared/service", {{"base", "http", "config", "dds", "client"}, {"cli", "systemd"}}},
     {"shared/map_sync", {{"base", "dds", "map_codec"}, {}}},
     {"shared/client", {{"base", "geometry", "dds", "map_codec", "map_sync"}, {}}},
