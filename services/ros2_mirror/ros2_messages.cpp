@@ -126,8 +126,20 @@ sm::CameraInfo_ camera_info(const CameraModel& c, TimeNs time, const Frames& fra
   m.header(header(time, frames.camera));
   m.height(c.height);
   m.width(c.width);
-  m.distortion_model("plumb_bob");
-  m.d({c.k1, c.k2, c.p1, c.p2, 0});
+  switch (c.lens) {
+    case LensModel::kRadialTangential:
+      m.distortion_model("plumb_bob");
+      m.d({c.k1, c.k2, c.p1, c.p2, c.k3});
+      break;
+    case LensModel::kRational:
+      m.distortion_model("rational_polynomial");
+      m.d({c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6});
+      break;
+    case LensModel::kEquidistant:
+      m.distortion_model("equidistant");
+      m.d({c.k1, c.k2, c.k3, c.k4});
+      break;
+  }
   m.k({c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1});
   m.r({1, 0, 0, 0, 1, 0, 0, 0, 1});
   m.p({c.fx_px, 0, c.cx_px, 0, 0, c.fy_px, c.cy_px, 0, 0, 0, 1, 0});

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
+#include <opencv2/calib3d.hpp>  // StereoBM, StereoSGBM
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -12,6 +12,7 @@
 #include "stereo/evidence.hpp"
 #include "stereo/near_field.hpp"
 #include "stereo/pair_contrast.hpp"
+#include "stereo/rectification.hpp"
 #include "stereo/repetition.hpp"
 #include "stereo/semi_global.hpp"
 
@@ -27,14 +28,6 @@ constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
 constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
-
-cv::Mat intrinsics(const CameraModel& c) {
-  return (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
-}
-
-cv::Mat distortion(const CameraModel& c) {
-  return (cv::Mat_<double>(1, 4) << c.k1, c.k2, c.p1, c.p2);
-}
 
 cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int count) {
   const bool strict = !s.paper && s.left_right_px >= 0;
@@ -63,9 +56,9 @@ cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int 
 struct StereoStage::Impl {
   StereoSettings settings;
   cv::Size size;
-  RectifiedCamera camera;
+  Rectification rectification;
+  const RectifiedCamera& camera = rectification.camera;
   int first = 0, count = 0;
-  cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
   std::unique_ptr<SemiGlobalMatcher> sgm;
   std::optional<NearField> near_field;   ///< beside sgm
@@ -115,40 +108,10 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   if (settings.paper && settings.matcher == StereoSettings::Matcher::kSgm)
     impl->settings.matcher = StereoSettings::Matcher::kBlock;
   impl->size = {static_cast<int>(rig.left.width), static_cast<int>(rig.left.height)};
-  const Eigen::Isometry3d T_right_left = rig.T_right_left();
-  cv::Mat R(3, 3, CV_64F);
-  cv::Mat t(3, 1, CV_64F);
-  for (int r = 0; r < 3; ++r) {
-    t.at<double>(r) = T_right_left.translation()[r];
-    for (int c = 0; c < 3; ++c) R.at<double>(r, c) = T_right_left.linear()(r, c);
-  }
-  cv::Mat R_left, R_right, P_left, P_right, Q;
-  try {
-    cv::stereoRectify(intrinsics(rig.left), distortion(rig.left), intrinsics(rig.right),
-                      distortion(rig.right), impl->size, R, t, R_left, R_right, P_left, P_right, Q,
-                      cv::CALIB_ZERO_DISPARITY, 0);
-    cv::initUndistortRectifyMap(intrinsics(rig.left), distortion(rig.left), R_left, P_left,
-                                impl->size, CV_16SC2, impl->map_left[0], impl->map_left[1]);
-    cv::initUndistortRectifyMap(intrinsics(rig.right), distortion(rig.right), R_right, P_right,
-                                impl->size, CV_16SC2, impl->map_right[0], impl->map_right[1]);
-  } catch (const cv::Exception& e) {
-    return Error{ErrorCode::kConfiguration, "calibration", "does not rectify: " + e.err,
-                 "calibrate again"};
-  }
-  RectifiedCamera& camera = impl->camera;
-  camera.width = rig.left.width;
-  camera.height = rig.left.height;
-  camera.f_px = P_left.at<double>(0, 0);
-  camera.cx_px = P_left.at<double>(0, 2);
-  camera.cy_px = P_left.at<double>(1, 2);
-  camera.baseline_m = -P_right.at<double>(0, 3) / P_right.at<double>(0, 0);
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) camera.R_camera_rectified(r, c) = R_left.at<double>(c, r);
-  if (!std::isfinite(camera.f_px) || camera.f_px < 1 || camera.baseline_m <= 0)
-    return Error{ErrorCode::kConfiguration, "calibration",
-                 "does not rectify (focal length " + std::to_string(camera.f_px) + " px)",
-                 "calibrate again"};
-
+  auto rectification = rectification_of(rig);
+  if (!rectification) return rectification.error();
+  impl->rectification = std::move(*rectification);
+  const RectifiedCamera& camera = impl->rectification.camera;
   const double fb = camera.f_px * camera.baseline_m;
   if (settings.paper) {
     impl->first = 0;
@@ -214,7 +177,7 @@ Result<double> StereoStage::rectify(const StereoImages& images) {
     m.coloured = may_have_colour(images.left.format);
     m.number = images.number;
     const auto rectify = [&m](const cv::Mat& raw, bool left, cv::Mat& out) {
-      const cv::Mat* map = left ? m.map_left : m.map_right;
+      const cv::Mat* map = left ? m.rectification.left : m.rectification.right;
       cv::remap(raw, out, map[0], map[1], cv::INTER_LINEAR);
     };
     for (const bool left : {true, false}) {
