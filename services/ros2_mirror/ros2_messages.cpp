@@ -112,12 +112,11 @@ Result<sm::Image_> image(const dds::StereoFrame& f, const Frames& frames) {
     m.data().assign(f.left().begin(), f.left().begin() + std::size_t{m.step()} * f.height());
     return m;
   }
-  const bool colour = may_have_colour(*format);
-  const ImageView view{*format, f.width(), f.height(), {f.left().data(), f.left().size()}};
-  auto converted = colour ? to_bgr(view, m.data()) : to_grey(view, m.data());
+  auto converted = to_image({*format, f.width(), f.height(), {f.left().data(), f.left().size()}});
   if (!converted) return converted.error();
-  m.encoding(colour ? "bgr8" : "mono8");
-  m.step(f.width() * (colour ? 3 : 1));
+  m.encoding(name_of(format_of_channels(converted->channels)));
+  m.step(f.width() * converted->channels);
+  m.data(std::move(converted->bytes));
   return m;
 }
 

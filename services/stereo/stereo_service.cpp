@@ -106,9 +106,12 @@ class Service {
                                            static_cast<std::int64_t>(header.sequence_number)});
     const bool intact = received->intact();
     received.reset();  // the camera's memory is not looked at any more
-    if (!rectified) return refuse(Cause::kFrameMisfit, rectified.error().text());
     if (!intact)
       return refuse(Cause::kFrameOverwritten, "this host is too slow for the camera's rate");
+    if (!rectified)
+      return refuse(rectified.error().code == ErrorCode::kBadData ? Cause::kImageUnreadable
+                                                                  : Cause::kFrameMisfit,
+                    rectified.error().text());
     dds::PartialCloud* cloud = clouds_.loan();
     if (cloud == nullptr)
       return refuse(Cause::kNoCloudMemory, "a reader of partial_cloud is stuck");

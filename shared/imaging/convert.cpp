@@ -1,6 +1,11 @@
 #include "imaging/convert.hpp"
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+
+#include "imaging/jpeg.hpp"
 
 namespace crane {
 namespace {
@@ -101,6 +106,32 @@ Result<void> to_grey(const ImageView& image, std::vector<std::uint8_t>& grey) {
 
 Result<void> to_bgr(const ImageView& image, std::vector<std::uint8_t>& bgr) {
   return convert(image, false, bgr);
+}
+
+Result<ImageView> decoded(const ImageView& image, Image& memory) {
+  if (image.format != PixelFormat::kJpeg) return image;
+  if (const char* flaw = image_flaw(image.format, image.width, image.height, image.bytes.size()))
+    return Error{ErrorCode::kWrongSize, "jpeg", flaw, ""};
+  auto made = decode_jpeg(image.bytes, "jpeg", std::uint64_t{image.width} * image.height);
+  if (!made) return made.error();
+  if (made->width != image.width || made->height != image.height)
+    return Error{ErrorCode::kWrongSize, "jpeg",
+                 "shows " + std::to_string(made->width) + " x " + std::to_string(made->height) +
+                     " pixels, its frame says " + std::to_string(image.width) + " x " +
+                     std::to_string(image.height),
+                 "the camera's width and height must be those of its images"};
+  memory = std::move(*made);
+  return memory.view();
+}
+
+Result<Image> to_image(const ImageView& image) {
+  Image memory;
+  const auto plain = decoded(image, memory);
+  if (!plain) return plain.error();
+  Image out{plain->width, plain->height, may_have_colour(plain->format) ? 3U : 1U, {}};
+  const auto done = out.channels == 3 ? to_bgr(*plain, out.bytes) : to_grey(*plain, out.bytes);
+  if (!done) return done.error();
+  return out;
 }
 
 }  // namespace crane

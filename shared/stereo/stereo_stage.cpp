@@ -68,6 +68,7 @@ struct StereoStage::Impl {
   bool coloured = false;
   std::int64_t number = -1;
   cv::Mat left_colour, left, right, disparity;
+  Image left_decoded, right_decoded;
   std::vector<std::uint8_t> converted;
 
   /// What is grey or BGR already is not copied.
@@ -174,19 +175,23 @@ Result<double> StereoStage::rectify(const StereoImages& images) {
                    "use the calibration of this camera at this resolution"};
   const Stopwatch watch;
   try {
-    m.coloured = may_have_colour(images.left.format);
     m.number = images.number;
+    const auto raw_left = decoded(images.left, m.left_decoded);
+    if (!raw_left) return raw_left.error();
+    const auto raw_right = decoded(images.right, m.right_decoded);
+    if (!raw_right) return raw_right.error();
+    m.coloured = may_have_colour(raw_left->format);
     const auto rectify = [&m](const cv::Mat& raw, bool left, cv::Mat& out) {
       const cv::Mat* map = left ? m.rectification.left : m.rectification.right;
       cv::remap(raw, out, map[0], map[1], cv::INTER_LINEAR);
     };
     for (const bool left : {true, false}) {
-      const auto grey = m.grey_of(left ? images.left : images.right);
+      const auto grey = m.grey_of(left ? *raw_left : *raw_right);
       if (!grey) return grey.error();
       rectify(*grey, left, left ? m.left : m.right);
     }
     if (m.coloured) {
-      const auto colour = m.bgr_of(images.left);
+      const auto colour = m.bgr_of(*raw_left);
       if (!colour) return colour.error();
       rectify(*colour, true, m.left_colour);
     }

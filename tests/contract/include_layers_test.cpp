@@ -39,7 +39,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/geometry", {{"base"}, {"eigen"}}},
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
     {"shared/imaging", {{"base"}, {"opencv", "jpeg"}}},
-    {"shared/recording", {{"base", "geometry", "config", "imaging"}, {"eigen", "opencv", "jpeg"}}},
+    {"shared/recording", {{"base", "geometry", "config", "imaging"}, {"eigen", "opencv"}}},
     {"shared/sensors", {{"base", "geometry", "config", "imaging", "recording"}, {"modbus"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry", "imaging"}, {"eigen", "opencv", "hwy"}}},

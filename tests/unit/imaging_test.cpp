@@ -6,7 +6,10 @@
 #include <cstdlib>
 #include <random>
 
+#include "base/read_file.hpp"
 #include "imaging/convert.hpp"
+#include "recording/image_file.hpp"
+#include "temp_folder.hpp"
 
 namespace crane {
 namespace {
@@ -51,7 +54,7 @@ Bytes packed(const std::vector<unsigned>& values, unsigned bits) {
   return out;
 }
 
-ImageView view(PixelFormat format, const Bytes& bytes) {
+ImageView view(PixelFormat format, std::span<const std::uint8_t> bytes) {
   return {format, kWidth, kHeight, bytes};
 }
 
@@ -141,6 +144,57 @@ TEST(Convert, PackedGreyGivesItsUpperEightBits) {
     for (std::size_t i = 0; i < values.size(); ++i) ASSERT_EQ(out[i], values[i] >> (bits - 8));
     ASSERT_TRUE(to_bgr(view(format, packed(values, bits)), out));
     EXPECT_EQ(out[3 * 100 + 1], values[100] >> (bits - 8));
+  }
+}
+
+/// As write_image() makes it.
+Bytes jpeg_of(const Image& image) {
+  const test::TempFolder folder;
+  EXPECT_TRUE(write_image(folder / "a.jpg", image));
+  const auto file = read_file(folder / "a.jpg", 1U << 20U);
+  EXPECT_TRUE(file);
+  return {file->begin(), file->end()};
+}
+
+TEST(Decoded, JpegShowsWhatWasPutIntoIt) {
+  for (const std::uint32_t channels : {1U, 3U}) {
+    Image image{kWidth, kHeight, channels, {}};
+    for (std::uint32_t y = 0; y < kHeight; ++y)
+      for (std::uint32_t x = 0; x < kWidth; ++x) {
+        const Colour c = scene(x, y);
+        if (channels == 1)
+          image.bytes.push_back(byte(grey_of(c)));
+        else
+          image.bytes.insert(image.bytes.end(), {byte(c.b), byte(c.g), byte(c.r)});
+      }
+    const Bytes file = jpeg_of(image);
+    Image memory;
+    const auto shown = decoded(view(PixelFormat::kJpeg, file), memory);
+    ASSERT_TRUE(shown) << shown.error().text();
+    EXPECT_EQ(shown->format, format_of_channels(channels));
+    ASSERT_EQ(shown->bytes.size(), image.bytes.size());
+    for (std::size_t i = 0; i < image.bytes.size(); ++i)
+      ASSERT_NEAR(shown->bytes[i], image.bytes[i], 12);
+    const auto stored = to_image(view(PixelFormat::kJpeg, file));
+    ASSERT_TRUE(stored);
+    EXPECT_EQ(stored->channels, channels);
+    // Of another size, cut, damaged, none at all.
+    EXPECT_EQ(decoded({PixelFormat::kJpeg, kHeight, kWidth, file}, memory).error().code,
+              ErrorCode::kWrongSize);
+    EXPECT_FALSE(decoded({PixelFormat::kJpeg, 8, 8, file}, memory));
+    for (std::size_t cut = 0; cut < file.size(); cut += 1 + file.size() / 40)
+      EXPECT_FALSE(decoded(view(PixelFormat::kJpeg, {file.data(), cut}), memory)) << cut;
+    EXPECT_FALSE(to_grey(view(PixelFormat::kJpeg, file), memory.bytes)) << "not decoded";
+  }
+}
+
+TEST(ToImage, StoresGreyAsGreyAndColourAsBgr) {
+  const Bytes bytes(kWidth * kHeight * 3, 100);
+  for (std::uint32_t n = 1; n < 19; ++n) {
+    const auto image = to_image(view(*pixel_format(n), bytes));
+    ASSERT_TRUE(image) << n;
+    EXPECT_EQ(image->channels, may_have_colour(*pixel_format(n)) ? 3U : 1U);
+    EXPECT_EQ(image->bytes.size(), kWidth * kHeight * image->channels);
   }
 }
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-#include "recording/jpeg.hpp"
+#include "imaging/jpeg.hpp"
 
 namespace crane {
 namespace {
