@@ -184,13 +184,14 @@ Result<Reader<Topic>> Reader<Topic>::create(const std::shared_ptr<Participant>& 
   auto topic = topic_of<Topic>(participant->impl(), Topic::kName);
   if (!topic) return topic.error();
   if constexpr (kInPlace<Type>)
-    if (!in_place_type<Type>(*topic)->take_role(InPlaceType<Type>::Role::kReader))
+    if (!in_place_type<Type>(*topic)->take_role(InPlaceType<Type>::Role::kReader, Type::kMost))
       return one_role(Topic::kName);
   auto impl = std::make_unique<Impl>();
   impl->participant = participant;
   impl->wakeup = wakeup;
   fdds::DataReaderQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
+  if constexpr (kInPlace<Type>) take_memory_as_needed(qos);
   // A tenth more than writers offer: vendors round fractions of a second differently, and a
   // nanosecond too much would keep a writer of another one apart.
   if (Topic::kQos.deadline_ms > 0)

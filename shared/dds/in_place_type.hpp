@@ -23,20 +23,17 @@ class InPlaceType : public eprosima::fastdds::dds::TopicDataType {
   InPlaceType() {
     setName(Sample::kTypeName);
     m_isGetKeyDefined = false;
-    Sample empty;
-    m_typeSize = static_cast<std::uint32_t>(size_of(empty));
+    take_role(Role::kNone, Sample::kMost);
   }
-  /// False when the participant has the other one already.
-  bool take_role(Role role) {
+  /// For the reader or writer that is made next. False when the participant has the other one.
+  /// `capacity`: of the payloads that a writer lends, see Sample::reserve().
+  bool take_role(Role role, std::size_t capacity) {
     if (role_ != Role::kNone && role_ != role) return false;
     role_ = role;
-    return true;
-  }
-  /// For the writer that is made next: its payloads, see Sample::reserve(). 0: none are lent.
-  void lend(std::size_t capacity) {
     Sample largest;
     largest.reserve(capacity);
     m_typeSize = static_cast<std::uint32_t>(size_of(largest));
+    return true;
   }
   /// The sample in memory that was lent by a writer of this capacity.
   static void lay_out(Sample& sample, std::size_t capacity, void* memory) {

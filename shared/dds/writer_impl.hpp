@@ -101,6 +101,14 @@ InPlaceType<Sample>* in_place_type(fdds::Topic* topic) {
   return static_cast<InPlaceType<Sample>*>(type.get());
 }
 
+/// A payload as large as its sample, not as its bound: for samples without a key, whose instances
+/// do not end.
+template <class Qos>
+void take_memory_as_needed(Qos& qos) {
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.resource_limits().allocated_samples = 1;
+}
+
 inline Error one_role(const char* topic) {
   return {ErrorCode::kResource, topic, "a participant reads it or writes it, not both",
           "use a participant for each"};
@@ -172,8 +180,8 @@ Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& 
   bool zero_copy = participant->impl().zero_copy;
   if constexpr (kInPlace<Type>) {
     auto* type = in_place_type<Type>(*topic);
-    if (!type->take_role(InPlaceType<Type>::Role::kWriter)) return one_role(Topic::kName);
-    type->lend(capacity);
+    if (!type->take_role(InPlaceType<Type>::Role::kWriter, capacity > 0 ? capacity : Type::kMost))
+      return one_role(Topic::kName);
     impl->capacity = capacity;
     zero_copy = zero_copy && capacity > 0;
     // One more is lent out, and one written meanwhile. What is not there ends the process when it
@@ -186,6 +194,7 @@ Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& 
   }
   fdds::DataWriterQos qos;
   apply(Topic::kQos, zero_copy, qos);
+  if (kInPlace<Type> && capacity == 0) take_memory_as_needed(qos);
   qos.reliability().max_blocking_time = Duration_t(1.0);
   qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
   if (Topic::kQos.transient_local) {

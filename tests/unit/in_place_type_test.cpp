@@ -87,13 +87,19 @@ TYPED_TEST(InPlace, ReadsWhatTheGeneratedTypeWrites) {
   }
 }
 
-TYPED_TEST(InPlace, LendsAsMuchAsItsImagesNeed) {
-  InPlaceType<typename TypeParam::Sample> type;
-  EXPECT_LT(type.m_typeSize, 400U);
-  type.lend(752 * 480);
-  const auto bytes = type.m_typeSize;
-  type.lend(752 * 480 + 4);
-  EXPECT_LE(type.m_typeSize - bytes, 4U * 8);
+TYPED_TEST(InPlace, LendsAsMuchAsItsImagesNeedAndReadsAsMuchAsTheyMayHave) {
+  using Type = InPlaceType<typename TypeParam::Sample>;
+  Type writer, reader;
+  ASSERT_TRUE(writer.take_role(Type::Role::kWriter, 752 * 480));
+  const auto bytes = writer.m_typeSize;
+  EXPECT_FALSE(writer.take_role(Type::Role::kReader, 752 * 480));
+  ASSERT_TRUE(writer.take_role(Type::Role::kWriter, 752 * 480 + 4));
+  EXPECT_GT(writer.m_typeSize, bytes);
+  EXPECT_LE(writer.m_typeSize - bytes, 4U * 8);
+  EXPECT_TRUE(writer.is_plain());
+  ASSERT_TRUE(reader.take_role(Type::Role::kReader, TypeParam::Sample::kMost));
+  EXPECT_FALSE(reader.take_role(Type::Role::kWriter, 1));
+  EXPECT_FALSE(reader.is_plain());
 }
 
 TEST(InPlaceFrame, AMonoPairOf752By480TakesWhatItHolds) {
@@ -105,7 +111,7 @@ TEST(InPlaceFrame, AMonoPairOf752By480TakesWhatItHolds) {
 TEST(InPlaceFrame, WhatIsLentIsThePayload) {
   InPlaceType<StereoFrame> type;
   for (const std::size_t size : {1U, 4U, 6U, 1001U}) {
-    type.lend(size);
+    ASSERT_TRUE(type.take_role(InPlaceType<StereoFrame>::Role::kWriter, size));
     Bytes memory(type.m_typeSize, 0xAA);
     StereoFrame lent;
     InPlaceType<StereoFrame>::lay_out(lent, size, memory.data() + 4);
