@@ -72,8 +72,8 @@ std::vector<Captured> real_traffic() {
   frame->width(64);
   frame->height(64);
   frame->exposure_time_ns(1);
-  frame->left().resize(2\'764\'800);  // large: it goes in fragments
-  frame->right().resize(2\'764\'800);
+  frame->left().resize(2'764'800);  // large: it goes in fragments
+  frame->right().resize(2'764'800);
   v1::ZoneCommand command;
   command.crane(1);
   command.action(v1::ZONE_SWITCH);
@@ -331,8 +331,8 @@ void live_through_mutations(std::uint32_t domain, const std::string& security, l
     frame->width(64);
     frame->height(64);
     frame->exposure_time_ns(1);
-    frame->left().resize(2\'764\'800);  // large: it goes in fragments
-    frame->right().resize(2\'764\'800);
+    frame->left().resize(2'764'800);  // large: it goes in fragments
+    frame->right().resize(2'764'800);
     for (int i = 0; client.frames && i < 3; ++i) EXPECT_TRUE(client.frames->write(*frame));
     Friend leaves(domain, security);
     ASSERT_TRUE(leaves.is_served());

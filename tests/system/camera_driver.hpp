@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "dds/endpoints.hpp"
+#include "imaging/convert.hpp"
 #include "recording/image_file.hpp"
 #include "recording/recording.hpp"
 #include "system/process.hpp"
