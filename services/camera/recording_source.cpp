@@ -37,10 +37,11 @@ RecordingSource::RecordingSource(const PlayOptions& options, Recording recording
       stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
       progress_(std::move(progress)),
       wakeup_(std::move(wakeup)) {
-  // Whether they have colour only an image knows.
+  // Whether they have colour only an image knows; of one that cannot be read the most is taken.
   const auto first =
       read_image(recording_.frame(0).left_file, kMaxImagePixels, recording_.rig().left.bits);
-  if (first) image_bytes_ = first->bytes.size();
+  const CameraModel& camera = recording_.rig().left;
+  image_bytes_ = first ? first->bytes.size() : std::size_t{3} * camera.width * camera.height;
 }
 
 Result<FrameSource::Next> RecordingSource::next(const FrameBuffers& out, FrameFacts& facts,

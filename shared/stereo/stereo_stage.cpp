@@ -27,7 +27,9 @@ constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
-constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
+/// Disparities are kept in 16 bits.
+constexpr int kMostDisparity_px = 32'767 / kDisparityScale - 1;
+constexpr double kMinMatched = 0.03;  ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int count) {
   const bool strict = !s.paper && s.left_right_px >= 0;
@@ -131,6 +133,7 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     impl->count = std::max(16, (last - impl->first + 1 + 15) & -16);
   }
   if (impl->first + impl->count > impl->size.width - settings.block_px ||
+      impl->first + impl->count > kMostDisparity_px ||
       (impl->settings.matcher == StereoSettings::Matcher::kSgm && impl->count > 256))
     return Error{ErrorCode::kConfiguration, "stereo",
                  "a search up to " + std::to_string(impl->first + impl->count) + " px, over " +
@@ -154,9 +157,10 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     const double nearest = kNearField * rig.camera_height_m();
     impl->repetition.emplace(impl->size.width, impl->size.height, impl->count,
                              impl->first + impl->count - 1);
-    impl->near_field = NearField::create(
-        impl->size.width, impl->size.height,
-        {impl->first, impl->first + impl->count - 1, static_cast<int>(fb / nearest)});
+    impl->near_field =
+        NearField::create(impl->size.width, impl->size.height,
+                          {impl->first, impl->first + impl->count - 1,
+                           std::min(static_cast<int>(fb / nearest), kMostDisparity_px)});
   } else {
     impl->opencv = make_matcher(impl->settings, impl->first, impl->count);
   }

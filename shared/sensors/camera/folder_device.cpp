@@ -39,7 +39,11 @@ std::optional<TimeNs> time_of_name(std::string_view stem) {
 }
 
 FolderDevice::FolderDevice(FolderOptions options, const Clock& clock, const Clock& steady)
-    : options_(std::move(options)), clock_(clock), steady_(steady) {}
+    : options_(std::move(options)), clock_(clock), steady_(steady) {
+  // Whether they have colour only an image knows: readers must know us before the first one comes.
+  if (options_.rig)
+    image_bytes_ = std::size_t{3} * options_.rig->left.width * options_.rig->left.height;
+}
 
 Result<void> FolderDevice::open() {
   close();
