@@ -33,6 +33,16 @@ class CdrSize {
   std::size_t at_ = 0;
 };
 
+/// Takes values into memory of their own.
+struct CdrOwn {
+  template <class Number>
+  void number(const Number& /*value*/) {}
+  template <class T>
+  void items(Items<T>& values, std::size_t /*most*/) {
+    values.own();
+  }
+};
+
 /// Writes members. Values that stand where they belong are left; with `lay_out` none is written,
 /// but told to stand there.
 class CdrWriter {

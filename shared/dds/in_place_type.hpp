@@ -43,11 +43,16 @@ class InPlaceType : public eprosima::fastdds::dds::TopicDataType {
     sample.walk(writer);
     sample.body(body);
   }
-  /// Puts its members into that memory. False: its images have shrunk, its members are elsewhere.
+  /// Puts its members into that memory. False: its images have shrunk, and are in memory of their
+  /// own now.
   static bool complete(Sample& sample, std::size_t capacity, void* memory) {
     Sample largest;
     largest.reserve(capacity);
-    if (size_of(sample) != size_of(largest)) return false;
+    if (size_of(sample) != size_of(largest)) {
+      CdrOwn own;
+      sample.walk(own);
+      return false;
+    }
     CdrWriter writer(static_cast<std::uint8_t*>(memory));
     sample.walk(writer);
     return true;

@@ -26,6 +26,12 @@ class Items {
     data_ = data;
     size_ = size;
   }
+  /// The same values in memory of their own.
+  void own() {
+    if (data_ == own_.data()) return;
+    own_.assign(data_, data_ + size_);
+    data_ = own_.data();
+  }
   void shrink(std::size_t size) {
     expects(size <= size_, "shrinks");
     size_ = size;

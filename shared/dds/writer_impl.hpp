@@ -247,10 +247,12 @@ Result<void> Writer<Topic>::publish(Type* loaned) {
     std::unique_ptr<Type> held;
     void* memory = impl_->take_back(loaned, held);
     const bool whole = InPlaceType<Type>::complete(*held, impl_->capacity, memory);
-    // What has shrunk is copied: it is sent as small as it is.
-    const bool written = impl_->writer->write(whole ? memory : held.get());
-    if (!whole || !written) impl_->writer->discard_loan(memory);
-    if (written) return {};
+    // What has shrunk is copied: it is sent as small as it is. Its memory is given back before,
+    // there may be no other.
+    if (!whole) impl_->writer->discard_loan(memory);
+    void* sample = whole ? memory : held.get();
+    if (impl_->writer->write(sample)) return {};
+    if (whole) impl_->writer->discard_loan(sample);
   } else {
     if (impl_->writer->write(loaned)) return {};
     discard(loaned);
