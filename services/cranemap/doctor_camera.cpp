@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "bounds.h"
 #include "doctor.hpp"
 #include "sensors/camera/camera_device.hpp"
 
@@ -29,18 +28,18 @@ Finding said(Finding::Verdict verdict, const std::string& text) {
 }  // namespace
 
 std::vector<Finding> examine_camera(const SiteConfig& config) {
-  auto device = make_camera_device(config.camera, std::nullopt, v1::MAX_PIXELS);
+  auto device = make_camera_device(config.camera, std::nullopt, kMaxImagePixels);
   if (!device) return {refused(device.error())};
   if (*device == nullptr) return {};
   if (auto opened = (*device)->open(); !opened) return {refused(opened.error())};
-  std::vector<std::uint8_t> left(v1::MAX_IMAGE_BYTES);
-  std::vector<std::uint8_t> right(v1::MAX_IMAGE_BYTES);
+  std::vector<std::uint8_t> left(kMaxImageBytes);
+  std::vector<std::uint8_t> right(kMaxImageBytes);
   FrameFacts facts;
   DropCounts dropped;
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < end) {
     const auto got =
-        (*device)->grab({left.data(), right.data(), left.size(), v1::MAX_PIXELS}, facts,
+        (*device)->grab({left.data(), right.data(), left.size(), kMaxImagePixels}, facts,
                         std::min(end, std::chrono::steady_clock::now() + 100ms), dropped);
     if (!got) return {refused(got.error())};
     if (!*got) continue;

@@ -62,7 +62,7 @@ class Genicam : public ::testing::Test {
     std::optional<Seen> out;
     eventually(30s, [&] {
       while (auto sample = reader_->take()) {
-        const v1::StereoFrame& f = **sample;
+        const auto& f = **sample;
         if (f.stream() == not_of) continue;
         const std::size_t size = std::size_t{f.width()} * f.height();
         out = Seen{f.stream(),
@@ -185,7 +185,7 @@ TEST_F(Genicam, WhatACameraCannotDoEndsTheServiceWithWhatToChange) {
     const char* said;
   };
   for (const Case& c :
-       {Case{"path: 127.0.0.2, rate_hz: 10, pixel_format: BayerRG8", "set camera.pixel_format"},
+       {Case{"path: 127.0.0.2, rate_hz: 10, pixel_format: Mono16", "set camera.pixel_format"},
         Case{"path: 127.0.0.2, rate_hz: 10, exposure_100us: 100000, gain: 99",
              "GainRaw 99 is not within its 0 .. 10"},
         Case{"path: 127.0.0.2, rate_hz: 10, stamps: chunk", "set camera.stamps: camera"},

@@ -92,9 +92,9 @@ TEST_F(GenicamDeviceTest, WhatTheCameraDoesNotTakeIsTheConfigurationsFault) {
   camera_.numbers["Width"] = {640, 16, 50, 0};
   expect_open_error("Width 64 is not within its 16 .. 50", "camera.width");
   camera_.numbers["Width"] = {640, 16, 4096, 0};
-  options_.pixel_format = "Mono12p";
+  options_.pixel_format = "Mono16";
   make();
-  expect_open_error("nothing is known of PixelFormat Mono12p", "Mono8");
+  expect_open_error("nothing is known of PixelFormat Mono16", "Mono8");
   options_.pixel_format = "BGR8";
   make();
   expect_open_error("BGR8 not found", "camera.pixel_format");
@@ -260,34 +260,38 @@ TEST_F(GenicamDeviceTest, ALostCameraIsAnErrorToBeTriedAgain) {
   EXPECT_TRUE(*grab());
 }
 
-TEST(Unpack, TakesEveryFormatApartAndRefusesWhatIsTooShort) {
+TEST(Unpack, HandsEveryFormatOnAsItIsAndRefusesWhatIsTooShort) {
   std::vector<std::uint8_t> left(64), right(64);
   FrameFacts facts;
   const FrameBuffers out{left.data(), right.data(), 64, 16};
+  const RawFormat rgb{PixelFormat::kRgb8}, mono{PixelFormat::kMono8}, yuyv{PixelFormat::kYuyv},
+      uyvy{PixelFormat::kYuyv, true}, mono10{PixelFormat::kMono10p};
   // 4 x 2 RGB pixels with 2 bytes behind each row.
-  std::vector<std::uint8_t> rgb(28);
-  for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = static_cast<std::uint8_t>(i);
-  ASSERT_TRUE(unpack({rgb.data(), rgb.size(), 14, 4, 2, RawFormat::kRgb8}, false, "x", out, facts));
-  EXPECT_EQ(facts.channels, 3U);
+  std::vector<std::uint8_t> bytes(28);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
+  ASSERT_TRUE(unpack({bytes.data(), bytes.size(), 14, 4, 2, rgb}, false, "x", out, facts));
+  EXPECT_EQ(facts.format, PixelFormat::kRgb8);
   EXPECT_EQ(facts.width, 2U);
   EXPECT_EQ((std::vector<std::uint8_t>(left.begin(), left.begin() + 7)),
-            (std::vector<std::uint8_t>{2, 1, 0, 5, 4, 3, 16}));
-  EXPECT_EQ(right[0], 8);
-  // Swapped, YUYV and UYVY.
+            (std::vector<std::uint8_t>{0, 1, 2, 3, 4, 5, 14}));
+  EXPECT_EQ(right[0], 6);
+  // Swapped halves, swapped bytes, pixels that share bytes.
   const std::vector<std::uint8_t> yuv = {1, 99, 2, 98, 3, 97, 4, 96};
-  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, RawFormat::kYuyv}, true, "x", out, facts));
+  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, yuyv}, true, "x", out, facts));
   EXPECT_EQ(left[0], 3);
-  EXPECT_EQ(right[1], 2);
-  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, RawFormat::kUyvy}, false, "x", out, facts));
+  EXPECT_EQ(right[2], 2);
+  ASSERT_TRUE(unpack({yuv.data(), 8, 0, 4, 1, uyvy}, false, "x", out, facts));
   EXPECT_EQ(left[0], 99);
+  EXPECT_EQ(left[1], 1);
+  ASSERT_TRUE(unpack({bytes.data(), 10, 0, 8, 1, mono10}, false, "x", out, facts));
+  EXPECT_EQ(facts.width, 4U);
+  EXPECT_EQ(right[0], 5);
   for (const RawPicture& bad :
-       {RawPicture{yuv.data(), 7, 0, 4, 1, RawFormat::kYuyv},
-        RawPicture{yuv.data(), 8, 7, 4, 1, RawFormat::kYuyv},
-        RawPicture{yuv.data(), 8, 0, 3, 1, RawFormat::kMono8},
-        RawPicture{yuv.data(), 8, 0, 0, 1, RawFormat::kMono8},
-        RawPicture{nullptr, 8, 0, 4, 1, RawFormat::kMono8},
-        RawPicture{rgb.data(), 28, 0, 2, 4'000'000'000U, RawFormat::kMono8},
-        RawPicture{rgb.data(), 28, 0, 4'000'000'000U, 1, RawFormat::kMono8}})
+       {RawPicture{yuv.data(), 7, 0, 4, 1, yuyv}, RawPicture{yuv.data(), 8, 7, 4, 1, yuyv},
+        RawPicture{yuv.data(), 8, 0, 3, 1, mono}, RawPicture{yuv.data(), 8, 0, 4, 1, mono10},
+        RawPicture{yuv.data(), 8, 0, 0, 1, mono}, RawPicture{nullptr, 8, 0, 4, 1, mono},
+        RawPicture{bytes.data(), 28, 0, 2, 4'000'000'000U, mono},
+        RawPicture{bytes.data(), 28, 0, 4'000'000'000U, 1, mono}})
     EXPECT_FALSE(unpack(bad, false, "x", out, facts));
 }
 

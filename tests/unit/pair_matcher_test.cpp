@@ -259,7 +259,7 @@ TEST_F(TwoNodes, GiveOnePairOfOneMomentAndTheirOwnImages) {
   EXPECT_EQ(left_[0], 10);
   EXPECT_EQ(right_[0], 90);
   EXPECT_EQ(facts_.width, kWidth);
-  EXPECT_EQ(facts_.channels, 1U);
+  EXPECT_EQ(facts_.format, PixelFormat::kMono8);
   EXPECT_EQ(facts_.exposure_time, 1'700'000'001 * kNsPerSecond + kMs);
 }
 

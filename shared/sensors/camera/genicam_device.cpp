@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "sensors/camera/pair_layout.hpp"
-
 namespace crane {
 namespace {
 
@@ -168,12 +166,11 @@ bool GenicamDevice::use(const GenicamPicture& p, const FrameBuffers& out, FrameF
     return refuse(Cause::kFrameShort,
                   "gives pictures of another size or format than was set -> "
                   "does another program use it?");
-  const std::size_t row = bytes_per_raw_pixel(*format) * p.width + p.padding;
+  const std::size_t row = crane::image_bytes(format->pixels, p.width, 1).value_or(0) + p.padding;
   const RawPicture picture{p.data, p.bytes, row, p.width, p.height, *format};
   if (auto done = unpack(picture, options_.swap, options_.camera, out, facts); !done)
     return refuse(Cause::kFrameShort, done.error().what);
-  if (out.right != nullptr &&
-      halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels))
+  if (pair_swapped(out, facts))
     return refuse(Cause::kHalvesSwapped,
                   "left and right came the other way round -> if all frames do, set camera.swap");
   const TimeNs time = time_of(p, facts, dropped);
@@ -204,7 +201,8 @@ Result<bool> GenicamDevice::grab(const FrameBuffers& out, FrameFacts& facts,
 
 std::size_t GenicamDevice::image_bytes() const {
   const auto format = raw_format_of(options_.pixel_format);
-  return format ? unpacked_bytes(*format) * options_.width * options_.height : 0;
+  if (!format) return 0;
+  return crane::image_bytes(format->pixels, options_.width, options_.height).value_or(0);
 }
 
 std::string GenicamDevice::about() const {

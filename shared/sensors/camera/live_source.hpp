@@ -20,8 +20,8 @@ class LiveSource final : public FrameSource {
   ~LiveSource() override;
 
   Result<Next> next(const FrameBuffers& out, FrameFacts& facts, Deadline deadline) override;
-
   [[nodiscard]] std::size_t image_bytes() const override { return device_->image_bytes(); }
+
   [[nodiscard]] std::string about() const override { return device_->about(); }
 
   /// Connected without a pair for so long: said, and connected anew where that can help.

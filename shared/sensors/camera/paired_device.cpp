@@ -112,9 +112,10 @@ Result<bool> PairedDevice::hand_over(const PairMatcher::Pair& pair, const FrameB
                                      FrameFacts& facts, DropCounts& dropped) {
   const FrameFacts& l = pair.left.facts;
   const FrameFacts& r = pair.right.facts;
-  const std::size_t size = std::size_t{l.width} * l.height * l.channels;
-  if (l.width != r.width || l.height != r.height || l.channels != r.channels || size > out.bytes) {
-    dropped.add(l.channels != r.channels ? Cause::kColourDiffers : Cause::kImageUnreadable);
+  const std::size_t size = crane::image_bytes(l.format, l.width, l.height).value_or(0);
+  if (l.width != r.width || l.height != r.height || l.format != r.format || size == 0 ||
+      size > out.bytes) {
+    dropped.add(l.format != r.format ? Cause::kColourDiffers : Cause::kImageUnreadable);
     remark_ = "the cameras' images differ in size or colour -> set both to one mode";
     return false;
   }
@@ -123,7 +124,7 @@ Result<bool> PairedDevice::hand_over(const PairMatcher::Pair& pair, const FrameB
   std::memcpy(out.right, pair.right.image.data(), size);
   facts.width = l.width;
   facts.height = l.height;
-  facts.channels = l.channels;
+  facts.format = l.format;
   facts.exposure_time = l.exposure_time + (r.exposure_time - l.exposure_time) / 2;
   facts.number = l.number;
   facts.decode_ms = l.decode_ms + r.decode_ms;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "sensors/camera/pair_layout.hpp"
-
 namespace crane {
 namespace {
 
@@ -69,7 +67,7 @@ bool PipelineDevice::use(const PipelinePicture& p, const FrameBuffers& out, Fram
                       " -> set camera.width and height, or scale in the pipeline");
   if (auto done = unpack(p.picture, options_.swap, kName, out, facts); !done)
     return refuse(Cause::kFrameShort, done.error().what);
-  if (halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels))
+  if (pair_swapped(out, facts))
     return refuse(Cause::kHalvesSwapped,
                   "left and right came the other way round -> if all frames do, set camera.swap");
   facts.exposure_time = p.captured.value_or(p.arrival) - options_.latency;

@@ -1,58 +1,52 @@
 #include "sensors/camera/raw_picture.hpp"
 
-#include <algorithm>
 #include <cstring>
-#include <utility>
+
+#include "sensors/camera/pair_layout.hpp"
 
 namespace crane {
 namespace {
 
 struct Row {
-  RawFormat format;
   std::string_view name;
   std::uint32_t pfnc;
-  std::size_t bytes;     ///< of a pixel
-  std::size_t channels;  ///< as it is handed on
+  RawFormat format;
 };
 
-// The first name of a format is the one to be written down.
+// By PFNC. A format's first name is the one to be written down.
 constexpr Row kTable[] = {
-    {RawFormat::kMono8, "Mono8", 0x01080001, 1, 1},
-    {RawFormat::kRgb8, "RGB8", 0x02180014, 3, 3},
-    {RawFormat::kRgb8, "RGB8Packed", 0x02180014, 3, 3},
-    {RawFormat::kBgr8, "BGR8", 0x02180015, 3, 3},
-    {RawFormat::kBgr8, "BGR8Packed", 0x02180015, 3, 3},
-    {RawFormat::kYuyv, "YUV422_8", 0x02100032, 2, 1},
-    {RawFormat::kUyvy, "YUV422_8_UYVY", 0x0210001F, 2, 1},
-    {RawFormat::kUyvy, "YUV422Packed", 0x0210001F, 2, 1},
+    {"Mono8", 0x01080001, {PixelFormat::kMono8}},
+    {"RGB8", 0x02180014, {PixelFormat::kRgb8}},
+    {"RGB8Packed", 0x02180014, {PixelFormat::kRgb8}},
+    {"BGR8", 0x02180015, {PixelFormat::kBgr8}},
+    {"BGR8Packed", 0x02180015, {PixelFormat::kBgr8}},
+    {"YUV422_8", 0x02100032, {PixelFormat::kYuyv}},
+    {"YUV422_8_UYVY", 0x0210001F, {PixelFormat::kYuyv, true}},
+    {"YUV422Packed", 0x0210001F, {PixelFormat::kYuyv, true}},
+    {"BayerGR8", 0x01080008, {PixelFormat::kBayerGrbg8}},
+    {"BayerRG8", 0x01080009, {PixelFormat::kBayerRggb8}},
+    {"BayerGB8", 0x0108000A, {PixelFormat::kBayerGbrg8}},
+    {"BayerBG8", 0x0108000B, {PixelFormat::kBayerBggr8}},
+    {"Mono10p", 0x010A0046, {PixelFormat::kMono10p}},
+    {"Mono12p", 0x010C0047, {PixelFormat::kMono12p}},
+    {"BayerBG10p", 0x010A0052, {PixelFormat::kBayerBggr10p}},
+    {"BayerBG12p", 0x010C0053, {PixelFormat::kBayerBggr12p}},
+    {"BayerGB10p", 0x010A0054, {PixelFormat::kBayerGbrg10p}},
+    {"BayerGB12p", 0x010C0055, {PixelFormat::kBayerGbrg12p}},
+    {"BayerGR10p", 0x010A0056, {PixelFormat::kBayerGrbg10p}},
+    {"BayerGR12p", 0x010C0057, {PixelFormat::kBayerGrbg12p}},
+    {"BayerRG10p", 0x010A0058, {PixelFormat::kBayerRggb10p}},
+    {"BayerRG12p", 0x010C0059, {PixelFormat::kBayerRggb12p}},
 };
 
-const Row& row_of(RawFormat format) {
-  return *std::find_if(std::begin(kTable), std::end(kTable),
-                       [format](const Row& row) { return row.format == format; });
-}
-
-void copy_row(RawFormat format, const std::uint8_t* from, std::size_t width, std::uint8_t* to) {
-  switch (format) {
-    case RawFormat::kMono8:
-      std::memcpy(to, from, width);
-      break;
-    case RawFormat::kBgr8:
-      std::memcpy(to, from, 3 * width);
-      break;
-    case RawFormat::kRgb8:
-      for (std::size_t x = 0; x < 3 * width; x += 3) {
-        to[x] = from[x + 2];
-        to[x + 1] = from[x + 1];
-        to[x + 2] = from[x];
-      }
-      break;
-    case RawFormat::kYuyv:
-      for (std::size_t x = 0; x < width; ++x) to[x] = from[2 * x];
-      break;
-    case RawFormat::kUyvy:
-      for (std::size_t x = 0; x < width; ++x) to[x] = from[2 * x + 1];
-      break;
+void copy_row(const std::uint8_t* from, std::size_t bytes, bool swap_bytes, std::uint8_t* to) {
+  if (!swap_bytes) {
+    std::memcpy(to, from, bytes);
+    return;
+  }
+  for (std::size_t i = 0; i + 1 < bytes; i += 2) {
+    to[i] = from[i + 1];
+    to[i + 1] = from[i];
   }
 }
 
@@ -76,44 +70,45 @@ std::string known_raw_formats() {
   return out;
 }
 
-std::size_t bytes_per_raw_pixel(RawFormat format) {
-  return row_of(format).bytes;
-}
-
-std::size_t unpacked_bytes(RawFormat format) {
-  return row_of(format).channels;
-}
-
 Result<void> unpack(const RawPicture& p, bool swap, const std::string& name,
                     const FrameBuffers& out, FrameFacts& facts) {
-  const Row& row = row_of(p.format);
   const bool pair = out.right != nullptr;
-  const std::size_t packed = row.bytes * p.width;
-  const std::size_t step = p.row_bytes == 0 ? packed : p.row_bytes;
+  const std::uint32_t width = pair ? p.width / 2 : p.width;
   const std::string size = std::to_string(p.width) + " x " + std::to_string(p.height);
-  if (p.data == nullptr || p.width == 0 || p.height == 0 || step < packed || p.bytes < packed ||
-      (p.bytes - packed) / step < p.height - 1)
+  // Of a row of one image; the picture's is one or two of them.
+  const auto packed = image_bytes(p.format.pixels, width, 1);
+  if (!packed || *packed == 0 || (pair && p.width % 2 != 0))
+    return Error{ErrorCode::kWrongSize, name,
+                 size + " pixels of " + name_of(p.format.pixels) + " are no " +
+                     (pair ? "two halves" : "image"),
+                 "choose another mode of the camera"};
+  const std::size_t whole = pair ? 2 * *packed : *packed;
+  const std::size_t step = p.row_bytes == 0 ? whole : p.row_bytes;
+  if (p.data == nullptr || p.height == 0 || step < whole || p.bytes < whole ||
+      (p.bytes - whole) / step < p.height - 1)
     return Error{ErrorCode::kWrongSize, name,
                  "has " + std::to_string(p.bytes) + " bytes, too few for " + size + " pixels",
                  "is the network or the port fast enough for this mode?"};
-  const std::size_t width = pair ? p.width / 2 : p.width;
-  if ((pair && p.width % 2 != 0) || width * p.height > out.pixels ||
-      width * p.height * row.channels > out.bytes)
-    return Error{ErrorCode::kWrongSize, name,
-                 size + " pixels are " + (pair && p.width % 2 != 0 ? "no two halves" : "too many"),
+  if (std::uint64_t{width} * p.height > out.pixels || *packed * p.height > out.bytes)
+    return Error{ErrorCode::kWrongSize, name, size + " pixels are too many",
                  "choose another mode of the camera"};
-  facts.width = static_cast<std::uint32_t>(width);
+  facts.width = width;
   facts.height = p.height;
-  facts.channels = static_cast<std::uint32_t>(row.channels);
+  facts.format = p.format.pixels;
   std::uint8_t* first = swap && pair ? out.right : out.left;
   std::uint8_t* second = swap && pair ? out.left : out.right;
   for (std::size_t y = 0; y < p.height; ++y) {
     const std::uint8_t* from = p.data + y * step;
-    const std::size_t at = y * width * row.channels;
-    copy_row(p.format, from, width, first + at);
-    if (pair) copy_row(p.format, from + width * row.bytes, width, second + at);
+    copy_row(from, *packed, p.format.swap_bytes, first + y * *packed);
+    if (pair) copy_row(from + *packed, *packed, p.format.swap_bytes, second + y * *packed);
   }
   return {};
+}
+
+bool pair_swapped(const FrameBuffers& pair, const FrameFacts& facts) {
+  const std::uint32_t pixel = bytes_per_pixel(facts.format);
+  return pixel > 0 && pair.right != nullptr &&
+         halves_swapped(pair.left, pair.right, facts.width, facts.height, pixel);
 }
 
 }  // namespace crane

@@ -20,15 +20,15 @@ constexpr guint kBuffers = 4;
 std::optional<RawFormat> format_of(GstVideoFormat format) {
   switch (format) {
     case GST_VIDEO_FORMAT_GRAY8:
-      return RawFormat::kMono8;
+      return RawFormat{PixelFormat::kMono8};
     case GST_VIDEO_FORMAT_BGR:
-      return RawFormat::kBgr8;
+      return RawFormat{PixelFormat::kBgr8};
     case GST_VIDEO_FORMAT_RGB:
-      return RawFormat::kRgb8;
+      return RawFormat{PixelFormat::kRgb8};
     case GST_VIDEO_FORMAT_YUY2:
-      return RawFormat::kYuyv;
+      return RawFormat{PixelFormat::kYuyv};
     case GST_VIDEO_FORMAT_UYVY:
-      return RawFormat::kUyvy;
+      return RawFormat{PixelFormat::kYuyv, true};
     default:
       return std::nullopt;
   }
