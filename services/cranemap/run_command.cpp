@@ -78,9 +78,9 @@ class Run {
       config_ = *read;
     }
     if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
-    if (options_.domain >= 0) config_.dds.domain = options_.domain;
+    if (options_.domain >= 0) config_.dds.domain = static_cast<std::uint32_t>(options_.domain);
     if (options_.network == "container") {
-      config_.dds.network = DdsConfig::Network::kContainer;
+      config_.dds.network = NetworkSettings::Network::kContainer;
       config_.dds.shared_memory = false;
     }
     if (!options_.method.empty()) {
@@ -116,7 +116,7 @@ class Run {
     if (!statuses) return statuses.error();
     statuses_.emplace(std::move(*statuses));
     std::string why;
-    map_ = client::Map::join(client_options(config_, "dashboard"), why);
+    map_ = client::Map::join((*participant)->fast_dds(), map_options(config_), why);
     if (!map_) return Error{ErrorCode::kResource, "DDS", why, ""};
 
     std::error_code failed;

@@ -19,7 +19,7 @@ Result<SiteConfig> read_site(const SiteOptions& o) {
     if (!read) return read.error();
     config = *read;
   }
-  if (o.domain >= 0) config.dds.domain = o.domain;
+  if (o.domain >= 0) config.dds.domain = static_cast<std::uint32_t>(o.domain);
   if (o.crane >= 1) config.crane = o.crane;
   return config;
 }

@@ -39,7 +39,7 @@ class Mirror {
 
   Result<void> run() {
     std::string why;
-    map_ = client::Map::join(client_options(context_.config, "ros2_mirror"), why);
+    map_ = client::Map::join(context_.participant->fast_dds(), map_options(context_.config), why);
     if (!map_) return Error{ErrorCode::kResource, "map", "cannot be followed: " + why, ""};
     if (auto made = make_endpoints(); !made) return made;
     log_info("mirrors crane " + std::to_string(crane()) + " as /crane_" + std::to_string(crane()) +
@@ -69,7 +69,7 @@ class Mirror {
   Result<void> make_endpoints() {
     dds::Settings settings = context_.participant->settings();
     settings.partition = false;
-    settings.transport = dds::Transport::kUdp;  // what every vendor understands
+    settings.shared_memory = false;  // what every vendor understands
     if (!settings.security.empty()) {
       if (options_.ros_domain < 0 || options_.ros_domain == static_cast<int>(settings.domain))
         return Error{ErrorCode::kConfiguration, "--ros-domain",
