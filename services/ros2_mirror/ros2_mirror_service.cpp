@@ -11,6 +11,7 @@
 #include "ros2_messages.hpp"
 #include "service/client_options.hpp"
 #include "service/every.hpp"
+#include "service/key_option.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -266,7 +267,7 @@ int run_ros2_mirror(int argc, char** argv) {
                        "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml")
             ->required();
         app.add_option("--ros-domain", options.ros_domain, "ROS_DOMAIN_ID; without it dds.domain")
-            ->check(CLI::Range(0, 232));
+            ->check(within<CLI::Range>("dds.domain", 0));
         app.add_option("--cloud-step", options.cloud_step,
                        "points: every n-th pixel of every n-th row")
             ->check(CLI::Range(1, 32))

@@ -13,9 +13,10 @@ KeyRow KeyList::row(const Key& key) const {
 }
 
 void KeyList::value(const Key& key, const std::optional<std::string>& text,
-                    const std::string& allowed) {
+                    const Allowed& allowed) {
   rows_.push_back(row(key));
-  rows_.back().allowed = allowed;
+  rows_.back().allowed = allowed.words;
+  rows_.back().range = allowed.range;
   rows_.back().value = text.value_or("");
 }
 

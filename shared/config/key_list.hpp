@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,8 @@ namespace crane {
 struct KeyRow {
   std::string path;  ///< "mapper.voxel_m", "zones[0].id"
   std::string unit, allowed, text;
-  std::string value;  ///< as YAML has it; empty: none
+  std::optional<Range> range;  ///< of a number
+  std::string value;           ///< as YAML has it; empty: none
   std::string default_words;
   std::string when;  ///< of a section that is not always of use
   bool is_section = false, is_required = false;
@@ -29,7 +31,7 @@ class KeyList final : public KeyPrinter {
 
  protected:
   void value(const Key& key, const std::optional<std::string>& text,
-             const std::string& allowed) override;
+             const Allowed& allowed) override;
   bool open(const Key& key, const Use& use) override;
   void close() override;
   std::size_t open_list(const Key& key, std::size_t size, std::size_t most) override;

@@ -19,9 +19,14 @@ class KeyPrinter : public KeyVisitor {
   bool one_of(const Key& key, int& index, const std::vector<std::string>& names) final;
 
  protected:
+  /// In words, and of numbers as numbers.
+  struct Allowed {
+    std::string words;
+    std::optional<Range> range{};
+  };
   /// `text`: nothing where there is no value.
   virtual void value(const Key& key, const std::optional<std::string>& text,
-                     const std::string& allowed) = 0;
+                     const Allowed& allowed) = 0;
 };
 
 }  // namespace crane

@@ -14,7 +14,7 @@ void KeyWriter::name(const Key& key) {
 }
 
 void KeyWriter::value(const Key& key, const std::optional<std::string>& text,
-                      const std::string& /*allowed*/) {
+                      const Allowed& /*allowed*/) {
   if (!text) return;
   name(key);
   out_ += " " + *text + (in_line_ ? "" : "\n");

@@ -11,7 +11,7 @@ class KeyWriter final : public KeyPrinter {
 
  protected:
   void value(const Key& key, const std::optional<std::string>& text,
-             const std::string& allowed) override;
+             const Allowed& allowed) override;
   bool open(const Key& key, const Use& use) override;
   void close() override;
   std::size_t open_list(const Key& key, std::size_t size, std::size_t most) override;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/expects.hpp"
 #include "config/nearest_name.hpp"
 #include "config/site_config.hpp"
 
@@ -63,6 +64,14 @@ std::vector<KeyRow> all_keys() {
   KeyList list(KeyList::Of::kKeys);
   keys(list, defaults);
   return list.rows();
+}
+
+Range range_of(const std::string& key) {
+  const std::vector<KeyRow> rows = all_keys();
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [&](const KeyRow& r) { return r.path == key; });
+  expects(row != rows.end() && row->range.has_value(), "a key with a range");
+  return *row->range;
 }
 
 std::string reference_page() {

@@ -11,6 +11,9 @@ namespace crane {
 /// Every key there may be, with its default.
 std::vector<KeyRow> all_keys();
 
+/// What is allowed of a number, for an option of a command line that stands over it. `key` is one.
+Range range_of(const std::string& key);
+
 /// docs/configuration.md.
 std::string reference_page();
 
