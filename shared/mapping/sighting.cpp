@@ -13,10 +13,12 @@ namespace {
 /// sigmas.
 constexpr double kUncertain = 0.5, kJoin = 2;
 constexpr int kJoinMax = 8;  ///< voxels
+/// Below this share of certainty a sighting says less by its variance, above by its deviation.
+constexpr double kVeryUncertain = 0.5;
 /// Freeing reaches no nearer to a surface than so many voxels; one there is contradicted if it
 /// lies so many sigmas higher.
 constexpr int kJustAbove = 2;
-constexpr double kContradicts = 3;
+constexpr double kContradicts = 2;
 
 int column_of(const SurfaceHit& hit) {
   return in_tile(hit.y) * kTileEdge + in_tile(hit.x);
@@ -70,7 +72,8 @@ Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map) {
   Sighting out{hit.z, kHit, height_m, OccupancyMap::kAlike};
   if (sigma_voxels <= kUncertain) return out;
   const double certainty = kUncertain / sigma_voxels;
-  out.strength = std::max(1, static_cast<int>(std::lround(kHit * certainty * certainty)));
+  const double says = kHit * certainty * std::min(1.0, certainty / kVeryUncertain);
+  out.strength = std::max(1, static_cast<int>(says));
   out.share = 1;
   const int reach = std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * sigma_voxels)));
   const int column = column_of(hit);
