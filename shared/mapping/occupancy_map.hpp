@@ -148,7 +148,7 @@ class OccupancyMap {
   /// `share`: of the mean, that this sighting makes; kAlike: as much as each certain one before.
   bool observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
                        std::uint8_t g, std::uint8_t b, double share = kAlike);
-  static constexpr double kAlike = 0;
+  static constexpr double kAlike = -1;
   /// Height of the surface in an occupied voxel [m].
   [[nodiscard]] double surface_height_m(const Block& block, int index, int voxel_z) const;
 

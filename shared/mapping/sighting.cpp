@@ -88,7 +88,7 @@ Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map) {
   // Log-odds are the sum of what sightings said.
   const int known = block.log_odds[std::size_t(index)];
   if (surface.certain != 0) {
-    out.share = double(out.strength) / (kHit * surface.weight + out.strength);
+    out.share = 0;
     return out;
   }
   out.share = double(out.strength) / (known + out.strength);

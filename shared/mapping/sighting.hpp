@@ -16,7 +16,7 @@ struct Sighting {
 /// A surface that is as certain as half a voxel is one where it was measured. A less certain one
 /// says less, by its variance, so that several are believed when their mean is certain. It joins
 /// what is there within its uncertainty; and if the mean of all that joined lies in another voxel
-/// by now, all of it moves there. Only a certain surface stays where it is.
+/// by now, all of it moves there. Only a certain surface stays as it is.
 Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map);
 
 /// What was believed just above a surface that is seen with certainty, so near that no ray is known
