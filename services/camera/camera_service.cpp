@@ -9,6 +9,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "frame_port.hpp"
 #include "geometry/calibration_digest.hpp"
 #include "recording/calibration.hpp"
 #include "recording_source.hpp"
@@ -93,9 +94,9 @@ Result<std::unique_ptr<StereoDevice>> make_device(const CameraConfig& config,
   if (config.gain >= 0) o.gain = config.gain;
   if (config.brightness > 0) o.brightness = config.brightness;
   const std::string size = std::to_string(o.width) + " x " + std::to_string(o.height);
-  if (std::uint64_t{o.width} * o.height > v1::MAX_PIXELS)
+  if (std::uint64_t{o.width} * o.height > kMaxImagePixels)
     return Error{ErrorCode::kConfiguration, "camera.width",
-                 size + " is more than the " + std::to_string(v1::MAX_PIXELS) +
+                 size + " is more than the " + std::to_string(kMaxImagePixels) +
                      " pixels that an image may have",
                  "use a smaller mode of the camera"};
   if (rig && (rig->left.width != o.width || rig->left.height != o.height ||
@@ -149,19 +150,17 @@ Result<Opened> open_source(const Options& options, ServiceContext& context) {
 /// One loop, the same for every source: loan, next, publish.
 class Camera {
  public:
-  Camera(ServiceContext& context, Opened opened, dds::Writer<dds::StereoFrameTopic> writer)
-      : context_(context), opened_(std::move(opened)), writer_(std::move(writer)) {}
-  ~Camera() {
-    if (loan_ != nullptr) writer_.discard(loan_);
-  }
+  Camera(ServiceContext& context, Opened opened)
+      : context_(context), opened_(std::move(opened)), port_(context.participant) {}
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
   Result<void> run() {
     status().expected = opened_.expected;
+    if (auto made = port_.grow_to(opened_.source->image_bytes()); !made) return made.error();
     if (!opened_.live) {
       log_info("plays as soon as stereo_frame has a reader");
-      wait_for_reader(writer_, context_);
+      wait_for_reader(port_, context_);
     }
     while (!context_.stopping()) {
       const Result<bool> goes_on = turn();
@@ -176,8 +175,8 @@ class Camera {
 
   /// False at the end.
   Result<bool> turn() {
-    if (loan_ == nullptr) loan_ = writer_.loan();
-    if (loan_ == nullptr) {  // readers hold all of it
+    const auto buffers = port_.buffers();
+    if (!buffers) {  // readers hold all of it
       if (!std::exchange(starved_, true)) status().dropped.add(Cause::kNoFrameMemory);
       status().tick();
       std::this_thread::sleep_for(5ms);
@@ -185,33 +184,23 @@ class Camera {
     }
     starved_ = false;
     FrameFacts facts;
-    const auto next = opened_.source->next(
-        {loan_->left().data(), loan_->right().data(), loan_->left().size(), v1::MAX_PIXELS}, facts,
-        std::chrono::steady_clock::now() + kPatience);
+    const auto next =
+        opened_.source->next(*buffers, facts, std::chrono::steady_clock::now() + kPatience);
     if (!next) return next.error();
     if (*next == FrameSource::Next::kFrame) publish(facts);
+    if (auto made = port_.grow_to(opened_.source->image_bytes()); !made) return made.error();
     report();
     return *next != FrameSource::Next::kEnd;
   }
 
   void publish(const FrameFacts& facts) {
-    v1::StereoFrame* sample = std::exchange(loan_, nullptr);
-    sample->crane(context_.participant->settings().crane);
-    sample->encoding(facts.channels == 3 ? v1::ENCODING_BGR8 : v1::ENCODING_MONO8);
-    sample->stream(facts.stream);
-    sample->sequence_number(static_cast<std::uint64_t>(facts.sequence));
-    sample->after(facts.after);
-    sample->exposure_time_ns(facts.exposure_time);
-    sample->calibration(opened_.calibration);
-    sample->width(facts.width);
-    sample->height(facts.height);
     status().stream = facts.stream;
     status().stages.add("decode", facts.decode_ms);
     status().stages.add("fill", facts.fill_ms);
     if (opened_.live)
       status().stages.add("exposure to published",
                           double(SystemClock().now() - facts.exposure_time) * 1e-6);
-    if (auto sent = writer_.publish(sample); !sent) {
+    if (auto sent = port_.publish(facts, opened_.calibration); !sent) {
       status().dropped.add(Cause::kNotAcceptedByDds);
       log_warning(sent.error().text());
       return;
@@ -233,7 +222,7 @@ class Camera {
   }
 
   Result<void> finish() {
-    wait_until_taken(writer_, context_);
+    wait_until_taken(port_, context_);
     status().finished = true;
     log_info("end of the recording: " + std::to_string(status().published) + " frames published");
     status().tick(true);
@@ -242,9 +231,8 @@ class Camera {
 
   ServiceContext& context_;
   Opened opened_;
-  dds::Writer<dds::StereoFrameTopic> writer_;
-  v1::StereoFrame* loan_ = nullptr;  ///< to be filled next
-  bool starved_ = false;             ///< there was none the last time
+  FramePort port_;
+  bool starved_ = false;  ///< there was none the last time
   std::string said_;
 };
 
@@ -271,9 +259,7 @@ int run_camera(int argc, char** argv) {
       [&](ServiceContext& context) -> Result<void> {
         auto opened = open_source(options, context);
         if (!opened) return opened.error();
-        auto writer = dds::Writer<dds::StereoFrameTopic>::create(context.participant);
-        if (!writer) return writer.error();
-        return Camera(context, std::move(*opened), std::move(*writer)).run();
+        return Camera(context, std::move(*opened)).run();
       });
 }
 

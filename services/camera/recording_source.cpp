@@ -36,7 +36,13 @@ RecordingSource::RecordingSource(const PlayOptions& options, Recording recording
       rate_(rate),
       stamp_offset_(stamp_offset(options, rate, recording_.start(), recording_.end())),
       progress_(std::move(progress)),
-      wakeup_(std::move(wakeup)) {}
+      wakeup_(std::move(wakeup)) {
+  // Whether they have colour only an image knows; of one that cannot be read the most is taken.
+  const auto first =
+      read_image(recording_.frame(0).left_file, kMaxImagePixels, recording_.rig().left.bits);
+  const CameraModel& camera = recording_.rig().left;
+  image_bytes_ = first ? first->bytes.size() : std::size_t{3} * camera.width * camera.height;
+}
 
 Result<FrameSource::Next> RecordingSource::next(const FrameBuffers& out, FrameFacts& facts,
                                                 Deadline deadline) {
@@ -64,7 +70,7 @@ Result<FrameSource::Next> RecordingSource::next_by_clock(const FrameBuffers& out
     if (!loaded_) ++next_;
     return Next::kNothing;
   }
-  if (!comes_before(due, deadline)) return Next::kNothing;
+  if (!fits(out) || !comes_before(due, deadline)) return Next::kNothing;
   fill(next_++, -1, out, facts);
   return Next::kFrame;
 }
@@ -89,6 +95,10 @@ Result<FrameSource::Next> RecordingSource::next_for_map(const FrameBuffers& out,
     const Result<bool> ready = load(n, out.pixels);
     if (!ready) return ready.error();
     if (!*ready) return Next::kNothing;
+    if (!fits(out)) {
+      --next_;
+      return Next::kNothing;
+    }
     fill(n, before(n), out, facts);
     return Next::kFrame;
   }
@@ -147,13 +157,19 @@ std::int64_t RecordingSource::before(std::int64_t n) const {
   return n;
 }
 
+/// What is loaded; if not, larger buffers come.
+bool RecordingSource::fits(const FrameBuffers& out) {
+  image_bytes_ = std::max(image_bytes_, left_.bytes.size());
+  return left_.bytes.size() <= out.bytes;
+}
+
 void RecordingSource::fill(std::int64_t n, std::int64_t after, const FrameBuffers& out,
                            FrameFacts& facts) {
   const Stopwatch watch;
   loaded_ = false;
   facts.width = left_.width;
   facts.height = left_.height;
-  facts.channels = left_.channels;
+  facts.format = format_of_channels(left_.channels);
   facts.exposure_time = recording_.frame_time(n) + stamp_offset_;
   facts.stream = options_.stream;
   facts.sequence = n;

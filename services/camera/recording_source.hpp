@@ -27,11 +27,13 @@ class RecordingSource final : public FrameSource {
     return options_.loop ? 0 : recording_.frames().size();
   }
   [[nodiscard]] const Recording& recording() const { return recording_; }
+  [[nodiscard]] std::size_t image_bytes() const override { return image_bytes_; }
 
  private:
   Result<Next> next_by_clock(const FrameBuffers& out, FrameFacts& facts, Deadline deadline);
   Result<Next> next_for_map(const FrameBuffers& out, FrameFacts& facts);
   Result<bool> load(std::int64_t n, std::size_t pixels);
+  bool fits(const FrameBuffers& out);
   [[nodiscard]] std::int64_t before(std::int64_t n) const;
   void fill(std::int64_t n, std::int64_t after, const FrameBuffers& out, FrameFacts& facts);
 
@@ -42,6 +44,7 @@ class RecordingSource final : public FrameSource {
   std::optional<PlayClock> clock_;  ///< from the first call on
   std::optional<MapProgress> progress_;
   std::unique_ptr<Wakeup> wakeup_;
+  std::size_t image_bytes_ = 0;
   std::int64_t next_ = 0, last_heard_ = -1, accounted_ = -1;
   int resends_ = 0;
   Stopwatch since_progress_;

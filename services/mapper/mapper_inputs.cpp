@@ -9,21 +9,18 @@ namespace crane {
 namespace {
 
 /// Memory of its own: the writer may reuse the sample while the cloud waits for positions.
-CloudSample copy(const v1::PartialCloud& c) {
+CloudSample copy(const dds::PartialCloud& c) {
   CloudSample out;
-  // Once: the sample is in the writer's memory, and may change while it is read.
   out.frame.width = c.width();
   out.frame.height = c.height();
-  const std::size_t pixels =
-      std::min<std::size_t>(std::size_t(out.frame.width) * out.frame.height, v1::MAX_PIXELS);
   out.stream = c.stream();
   out.sequence_number = c.sequence_number();
   out.after = c.after();
   out.exposure_time = c.exposure_time_ns();
   out.sent_time = c.frame_sent_ns();
-  out.depth_m.assign(c.depth().begin(), c.depth().begin() + pixels);
-  out.confidence.assign(c.confidence().begin(), c.confidence().begin() + pixels);
-  if (c.has_colour() == 1) out.colour.assign(c.colour().begin(), c.colour().begin() + 3 * pixels);
+  out.depth_m.assign(c.depth().begin(), c.depth().end());
+  out.confidence.assign(c.confidence().begin(), c.confidence().end());
+  out.colour.assign(c.colour().begin(), c.colour().end());
   for (int i = 0; i < 9; ++i)
     out.R_camera_rectified(i / 3, i % 3) = c.rotation()[static_cast<std::size_t>(i)];
   out.calibration = c.calibration();

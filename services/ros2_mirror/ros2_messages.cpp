@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "bounds.h"
+#include "imaging/convert.hpp"
 #include "map_codec/compression.hpp"
 #include "map_codec/crc32c.hpp"
 #include "service/service_name.hpp"
@@ -68,7 +69,7 @@ Frames::Frames(std::uint32_t crane) {
   camera_rectified = prefix + "camera_rectified";
 }
 
-sm::PointCloud2_ point_cloud(const v1::PartialCloud& c, std::uint32_t step, const Frames& frames) {
+sm::PointCloud2_ point_cloud(const dds::PartialCloud& c, std::uint32_t step, const Frames& frames) {
   sm::PointCloud2_ m =
       empty_cloud(c.exposure_time_ns(), frames.camera_rectified, {"x", "y", "z", "rgb"});
   m.height(c.height() / step);
@@ -95,16 +96,27 @@ sm::PointCloud2_ point_cloud(const v1::PartialCloud& c, std::uint32_t step, cons
   return m;
 }
 
-sm::Image_ image(const v1::StereoFrame& f, const Frames& frames) {
-  const bool colour = f.encoding() == v1::ENCODING_BGR8;
+Result<sm::Image_> image(const dds::StereoFrame& f, const Frames& frames) {
+  const auto format = pixel_format(f.encoding());
+  if (!format) return Error{ErrorCode::kBadData, "stereo_frame", "unknown encoding", ""};
   sm::Image_ m;
   m.header(header(f.exposure_time_ns(), frames.camera));
   m.height(f.height());
   m.width(f.width());
-  m.encoding(colour ? "bgr8" : "mono8");
   m.is_bigendian(0);
-  m.step(f.width() * (colour ? 3 : 1));
-  m.data().assign(f.left().begin(), f.left().begin() + std::ptrdiff_t(m.step()) * f.height());
+  // ROS has our names for what it has (and two for YUV 4:2:2); the rest becomes what it has.
+  const std::uint32_t pixel = bytes_per_pixel(*format);
+  m.encoding(*format == PixelFormat::kYuyv ? "yuv422_yuy2" : name_of(*format));
+  if (pixel != 0) {
+    m.step(f.width() * pixel);
+    m.data().assign(f.left().begin(), f.left().begin() + std::size_t{m.step()} * f.height());
+    return m;
+  }
+  auto converted = to_image({*format, f.width(), f.height(), {f.left().data(), f.left().size()}});
+  if (!converted) return converted.error();
+  m.encoding(name_of(format_of_channels(converted->channels)));
+  m.step(f.width() * converted->channels);
+  m.data(std::move(converted->bytes));
   return m;
 }
 
@@ -113,8 +125,20 @@ sm::CameraInfo_ camera_info(const CameraModel& c, TimeNs time, const Frames& fra
   m.header(header(time, frames.camera));
   m.height(c.height);
   m.width(c.width);
-  m.distortion_model("plumb_bob");
-  m.d({c.k1, c.k2, c.p1, c.p2, 0});
+  switch (c.lens) {
+    case LensModel::kRadialTangential:
+      m.distortion_model("plumb_bob");
+      m.d({c.k1, c.k2, c.p1, c.p2, c.k3});
+      break;
+    case LensModel::kRational:
+      m.distortion_model("rational_polynomial");
+      m.d({c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6});
+      break;
+    case LensModel::kEquidistant:
+      m.distortion_model("equidistant");
+      m.d({c.k1, c.k2, c.k3, c.k4});
+      break;
+  }
   m.k({c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1});
   m.r({1, 0, 0, 0, 1, 0, 0, 0, 1});
   m.p({c.fx_px, 0, c.cx_px, 0, 0, c.fy_px, c.cy_px, 0, 0, 0, 1, 0});

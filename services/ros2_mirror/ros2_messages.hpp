@@ -20,10 +20,11 @@ struct Frames {
 };
 
 /// Every `step`-th pixel of every `step`-th row as x, y, z [m], rgb; NaN where nothing matched.
-sensor_msgs::msg::dds_::PointCloud2_ point_cloud(const v1::PartialCloud& cloud, std::uint32_t step,
+sensor_msgs::msg::dds_::PointCloud2_ point_cloud(const dds::PartialCloud& cloud, std::uint32_t step,
                                                  const Frames& frames);
-/// The left image, mono8 or bgr8.
-sensor_msgs::msg::dds_::Image_ image(const v1::StereoFrame& frame, const Frames& frames);
+/// The left image as the camera gave it, where ROS has its encoding; else mono8 or bgr8. Error:
+/// BadData.
+Result<sensor_msgs::msg::dds_::Image_> image(const dds::StereoFrame& frame, const Frames& frames);
 sensor_msgs::msg::dds_::CameraInfo_ camera_info(const CameraModel& camera, TimeNs time,
                                                 const Frames& frames);
 /// Error: BadData when the payload is no octree.

@@ -157,7 +157,7 @@ class Mirror {
 
   Result<void> mirror_clouds() {
     while (const auto sample = clouds_in_->take()) {
-      const v1::PartialCloud& c = **sample;
+      const dds::PartialCloud& c = **sample;
       ++context_.status.received;
       Eigen::Matrix3d R;
       for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = c.rotation()[static_cast<std::size_t>(i)];
@@ -177,13 +177,16 @@ class Mirror {
     while (const auto sample = frames_in_->take()) {
       ++context_.status.received;
       if (image_->matched() + camera_info_->matched() == 0 || !image_due_.due()) continue;
-      const auto message = ros2::image(**sample, frames_);
+      auto message = ros2::image(**sample, frames_);
       const TimeNs time = (*sample)->exposure_time_ns();
       if (!sample->intact()) {
         context_.status.dropped.add(Cause::kFrameOverwritten);
         continue;
       }
-      (void)count(image_->write(message));
+      if (message)
+        (void)count(image_->write(*message));
+      else
+        context_.status.dropped.add(Cause::kFrameMisfit);
       if (auto done = count(camera_info_->write(ros2::camera_info(rig_.left, time, frames_)));
           !done)
         return done;

@@ -85,7 +85,7 @@ class Service {
  private:
   StatusReporter& status() { return context_.status; }
 
-  void work(std::unique_ptr<dds::Received<v1::StereoFrame>> received) {
+  void work(std::unique_ptr<dds::Received<dds::StereoFrame>> received) {
     ++status().received;
     if (!gate_.pass((*received)->stream()))
       return refuse(Cause::kSecondCamera,
@@ -98,17 +98,21 @@ class Service {
                     "same folder");
     const Stopwatch watch;
     const Header header = header_of(*received);
-    const bool colour = header.encoding == v1::ENCODING_BGR8;
-    const auto rectified =
-        stage_.rectify({(*received)->left().data(), (*received)->right().data(),
-                        (*received)->width(), (*received)->height(), colour ? 3U : 1U,
-                        static_cast<std::int64_t>(header.sequence_number)});
+    const auto view = [&f = **received, format = *pixel_format(header.encoding)](
+                          const dds::Items<std::uint8_t>& bytes) {
+      return ImageView{format, f.width(), f.height(), {bytes.data(), bytes.size()}};
+    };
+    const auto rectified = stage_.rectify({view((*received)->left()), view((*received)->right()),
+                                           static_cast<std::int64_t>(header.sequence_number)});
     const bool intact = received->intact();
     received.reset();  // the camera's memory is not looked at any more
-    if (!rectified) return refuse(Cause::kFrameMisfit, rectified.error().text());
     if (!intact)
       return refuse(Cause::kFrameOverwritten, "this host is too slow for the camera's rate");
-    v1::PartialCloud* cloud = clouds_.loan();
+    if (!rectified)
+      return refuse(rectified.error().code == ErrorCode::kBadData ? Cause::kImageUnreadable
+                                                                  : Cause::kFrameMisfit,
+                    rectified.error().text());
+    dds::PartialCloud* cloud = clouds_.loan();
     if (cloud == nullptr)
       return refuse(Cause::kNoCloudMemory, "a reader of partial_cloud is stuck");
     const std::size_t pixels = std::size_t(stage_.camera().width) * stage_.camera().height;
@@ -131,7 +135,7 @@ class Service {
   }
 
   /// Counts what never arrived: numbers of one stream have no gaps at the source.
-  void track(const v1::StereoFrame& frame) {
+  void track(const dds::StereoFrame& frame) {
     if (frame.stream() != status().stream) {
       status().stream = frame.stream();
     } else if (frame.sequence_number() > last_ + 1) {
@@ -193,8 +197,8 @@ class Service {
     std::int64_t after = -1;
     TimeNs exposure_time = 0, sent = 0;
   };
-  static Header header_of(const dds::Received<v1::StereoFrame>& frame) {
-    const v1::StereoFrame& f = *frame;
+  static Header header_of(const dds::Received<dds::StereoFrame>& frame) {
+    const dds::StereoFrame& f = *frame;
     return {f.crane(),
             f.encoding(),
             f.stream(),
@@ -204,7 +208,7 @@ class Service {
             frame.source_time_ns()};
   }
 
-  void fill(const Header& header, const StereoReport& report, v1::PartialCloud& cloud) {
+  void fill(const Header& header, const StereoReport& report, dds::PartialCloud& cloud) {
     const RectifiedCamera& camera = stage_.camera();
     cloud.crane(header.crane);
     cloud.has_colour(1);  // of a grey camera its grey: the mapper knows places by their look
@@ -266,7 +270,7 @@ int run_stereo(int argc, char** argv) {
           return Error{ErrorCode::kConfiguration, calibration,
                        "images of " + std::to_string(rig->left.width) + " x " +
                            std::to_string(rig->left.height) + " do not fit a stereo frame",
-                       "set the camera to 1280 x 720 or less"};
+                       "set the camera to 2448 x 2048 or less"};
         auto stage = StereoStage::create(*rig, to_settings(context.config.stereo));
         if (!stage) return stage.error();
         char text[160];
@@ -276,7 +280,9 @@ int run_stereo(int argc, char** argv) {
         std::snprintf(text, sizeof text, "searching %d..%d px: depths %.2f..%.2f m", first, last,
                       fb / last, first > 0 ? fb / first : 1e3);
         log_info(text);
-        auto clouds = dds::Writer<dds::PartialCloudTopic>::create(context.participant);
+        auto clouds = dds::Writer<dds::PartialCloudTopic>::create(
+            context.participant, dds::PartialCloudTopic::kName, 0,
+            std::size_t(rig->left.width) * rig->left.height);
         if (!clouds) return clouds.error();
         return Service(context, std::move(*stage), std::move(*clouds), calibration_digest(*rig))
             .run();

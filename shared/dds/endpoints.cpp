@@ -13,6 +13,7 @@
 #include "base/log.hpp"
 #include "clearance_replyPubSubTypes.h"
 #include "clearance_requestPubSubTypes.h"
+#include "dds/in_place_type.hpp"
 #include "dds/validate.hpp"
 #include "dds/writer_impl.hpp"
 #include "height_tilePubSubTypes.h"
@@ -20,10 +21,8 @@
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
 #include "octree_mapPubSubTypes.h"
-#include "partial_cloudPubSubTypes.h"
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
-#include "stereo_framePubSubTypes.h"
 #include "tile_requestPubSubTypes.h"
 #include "zone_commandPubSubTypes.h"
 #include "zone_setPubSubTypes.h"
@@ -34,10 +33,8 @@ namespace crane::dds {
   struct Support<v1::T> {                 \
     using PubSubType = v1::T##PubSubType; \
   }
-CRANE_SUPPORT(StereoFrame);
 CRANE_SUPPORT(RangefinderPosition);
 CRANE_SUPPORT(HoistState);
-CRANE_SUPPORT(PartialCloud);
 CRANE_SUPPORT(MapTile);
 CRANE_SUPPORT(HeightTile);
 CRANE_SUPPORT(OctreeMap);
@@ -49,6 +46,14 @@ CRANE_SUPPORT(ClearanceRequest);
 CRANE_SUPPORT(ClearanceReply);
 CRANE_SUPPORT(ServiceStatus);
 #undef CRANE_SUPPORT
+template <>
+struct Support<StereoFrame> {
+  using PubSubType = InPlaceType<StereoFrame>;
+};
+template <>
+struct Support<PartialCloud> {
+  using PubSubType = InPlaceType<PartialCloud>;
+};
 
 namespace {
 
@@ -91,7 +96,9 @@ const Type& Received<Type>::operator*() const {
 
 template <class Type>
 bool Received<Type>::intact() const {
-  return state_->reader->is_sample_valid(&state_->samples[0], &state_->infos[0]);
+  const void* at = &state_->samples[0];
+  if constexpr (kInPlace<Type>) at = state_->samples[0].body();
+  return state_->reader->is_sample_valid(at, &state_->infos[0]);
 }
 
 template <class Type>
@@ -177,12 +184,16 @@ Result<Reader<Topic>> Reader<Topic>::create(const std::shared_ptr<Participant>& 
                                             Wakeup* wakeup) {
   auto topic = topic_of<Topic>(participant->impl(), Topic::kName);
   if (!topic) return topic.error();
+  if constexpr (kInPlace<Type>)
+    if (!in_place_type<Type>(*topic)->take_role(InPlaceType<Type>::Role::kReader, Type::kMost))
+      return one_role(Topic::kName);
   auto impl = std::make_unique<Impl>();
   impl->participant = participant;
   impl->wakeup = wakeup;
   if (participant->impl().hosted && wakeup != nullptr) participant->impl().bell.add(wakeup);
   fdds::DataReaderQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
+  if constexpr (kInPlace<Type>) take_memory_as_needed(qos);
   // A tenth more than writers offer: vendors round fractions of a second differently, and a
   // nanosecond too much would keep a writer of another one apart.
   if (Topic::kQos.deadline_ms > 0)

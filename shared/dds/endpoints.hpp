@@ -91,8 +91,11 @@ class Writer {
   struct Impl;
 
   /// `name`: of the topic, where it depends on the crane. `strength`: of exclusive topics.
+  /// `capacity`: of topics with zero-copy, what is lent (Type::reserve()); 0: nothing is, and
+  /// samples are written by copy. Error: Resource, e.g. too little shared memory for it.
   static Result<Writer> create(const std::shared_ptr<Participant>& participant,
-                               const std::string& name = Topic::kName, int strength = 0);
+                               const std::string& name = Topic::kName, int strength = 0,
+                               std::size_t capacity = 0);
   ~Writer();
   Writer(Writer&&) noexcept;
 
@@ -100,8 +103,9 @@ class Writer {
   Result<void> write(const Type& sample);
   /// Ends the instance that the sample's key fields name. Error: Resource.
   Result<void> dispose(const Type& sample);
-  /// Memory of the history to fill in place; nullptr while all of it is lent out. For zero-copy
-  /// topics. Hand it to publish() or discard().
+  /// Memory of the history to fill in place, its images as large as the capacity; nullptr while all
+  /// of it is lent out. Images that are smaller are shrunk, and then copied. For topics with
+  /// zero-copy. Hand it to publish() or discard().
   Type* loan();
   Result<void> publish(Type* loaned);
   void discard(Type* loaned);

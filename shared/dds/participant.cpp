@@ -19,6 +19,7 @@
 #include "base/read_file.hpp"
 #include "dds/host_checks.hpp"
 #include "dds/hosted.hpp"
+#include "dds/in_place_type.hpp"
 #include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
 #include "dds/security.hpp"
@@ -82,8 +83,17 @@ namespace {
 template <class... Topics>
 std::map<std::string, std::uint32_t> sample_bounds(std::tuple<Topics...>*) {
   constexpr std::size_t kEncoding = 4, kAlignment = 8;
-  return {{Topics::kName,
-           std::uint32_t(Topics::Type::getMaxCdrSerializedSize() + kEncoding + kAlignment)}...};
+  const auto largest = []<class Type>(Type* /*type*/) -> std::size_t {
+    if constexpr (kInPlace<Type>) {
+      Type sample;
+      sample.reserve(Type::kMost);
+      return InPlaceType<Type>::size_of(sample);
+    } else {
+      return Type::getMaxCdrSerializedSize() + kEncoding;
+    }
+  };
+  return {
+      {Topics::kName, std::uint32_t(largest(static_cast<Topics::Type*>(nullptr)) + kAlignment)}...};
 }
 
 /// What the guard may rely on. A profile sets what it likes: ports, servers, governance.

@@ -4,17 +4,17 @@
 #include <string_view>
 #include <tuple>
 
+#include "bounds.h"
 #include "clearance_reply.h"
 #include "clearance_request.h"
+#include "dds/image_samples.hpp"
 #include "height_tile.h"
 #include "hoist_state.h"
 #include "map_status.h"
 #include "map_tile.h"
 #include "octree_map.h"
-#include "partial_cloud.h"
 #include "rangefinder_position.h"
 #include "service_status.h"
-#include "stereo_frame.h"
 #include "tile_request.h"
 #include "zone_command.h"
 #include "zone_set.h"
@@ -41,7 +41,7 @@ struct QosSpec {
 // One row per topic: type, name, QoS. A contract test compares this with idl/README.md and the IDL.
 
 struct StereoFrameTopic {
-  using Type = v1::StereoFrame;
+  using Type = StereoFrame;
   static constexpr const char* kName = "crane/v1/stereo_frame";
   // 0.8 s at 10 Hz: what a busy host may fall behind before a frame is overwritten.
   static constexpr QosSpec kQos{.depth = 8, .lifespan_ms = 2000, .zero_copy = true};
@@ -57,7 +57,7 @@ struct HoistStateTopic {
   static constexpr QosSpec kQos{.depth = 64, .max_instances = 16, .deadline_ms = 300};
 };
 struct PartialCloudTopic {
-  using Type = v1::PartialCloud;
+  using Type = PartialCloud;
   static constexpr const char* kName = "crane/v1/partial_cloud";
   static constexpr QosSpec kQos{.depth = 4, .lifespan_ms = 2000, .zero_copy = true};
 };

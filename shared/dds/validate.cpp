@@ -31,6 +31,21 @@ bool status_known(std::uint32_t status) {
   return status <= v1::STATUS_FAILED;
 }
 
+static_assert(v1::MAX_PIXELS == kMaxImagePixels && v1::MAX_IMAGE_BYTES == kMaxImageBytes);
+static_assert(v1::ENCODING_MONO8 == static_cast<std::uint32_t>(PixelFormat::kMono8) &&
+              v1::ENCODING_BGR8 == static_cast<std::uint32_t>(PixelFormat::kBgr8) &&
+              v1::ENCODING_RGB8 == static_cast<std::uint32_t>(PixelFormat::kRgb8) &&
+              v1::ENCODING_YUYV == static_cast<std::uint32_t>(PixelFormat::kYuyv) &&
+              v1::ENCODING_BAYER_RGGB8 == static_cast<std::uint32_t>(PixelFormat::kBayerRggb8) &&
+              v1::ENCODING_BAYER_BGGR8 == static_cast<std::uint32_t>(PixelFormat::kBayerBggr8) &&
+              v1::ENCODING_MONO10P == static_cast<std::uint32_t>(PixelFormat::kMono10p) &&
+              v1::ENCODING_MONO12P == static_cast<std::uint32_t>(PixelFormat::kMono12p) &&
+              v1::ENCODING_BAYER_BGGR10P ==
+                  static_cast<std::uint32_t>(PixelFormat::kBayerBggr10p) &&
+              v1::ENCODING_BAYER_BGGR12P ==
+                  static_cast<std::uint32_t>(PixelFormat::kBayerBggr12p) &&
+              v1::ENCODING_JPEG == static_cast<std::uint32_t>(PixelFormat::kJpeg));
+
 /// `whole`: all of it must make sense; else only its id does.
 const char* zone_flaw(const v1::Zone& z, bool whole) {
   // What the mapper's configuration could say as well: it is kept as such.
@@ -66,10 +81,12 @@ const char* tile_flaw(const Tile& t) {
 
 }  // namespace
 
-const char* flaw(const v1::StereoFrame& s) {
-  if (s.encoding() != v1::ENCODING_MONO8 && s.encoding() != v1::ENCODING_BGR8)
-    return "unknown image encoding";
-  if (!image_fits(s.width(), s.height())) return "image size out of bounds";
+const char* flaw(const StereoFrame& s) {
+  if (s.broken() != nullptr) return s.broken();
+  const auto format = pixel_format(s.encoding());
+  if (!format) return "unknown image encoding";
+  for (const std::size_t bytes : {s.left().size(), s.right().size()})
+    if (const char* what = image_flaw(*format, s.width(), s.height(), bytes)) return what;
   if (!is_time(s.exposure_time_ns())) return "no exposure time";
   return nullptr;
 }
@@ -96,9 +113,14 @@ const char* flaw(const v1::HoistState& s) {
   return nullptr;
 }
 
-const char* flaw(const v1::PartialCloud& s) {
+const char* flaw(const PartialCloud& s) {
+  if (s.broken() != nullptr) return s.broken();
   if (s.has_colour() > 1) return "has_colour is neither 0 nor 1";
   if (!image_fits(s.width(), s.height())) return "cloud size out of bounds";
+  const std::size_t pixels = std::size_t{s.width()} * s.height();
+  if (s.depth().size() != pixels || s.confidence().size() != pixels ||
+      s.colour().size() != (s.has_colour() == 1 ? 3 * pixels : 0))
+    return "depth, confidence or colour is not of width x height";
   if (!is_time(s.exposure_time_ns())) return "no exposure time";
   if (!finite({s.f_px(), s.cx_px(), s.cy_px(), s.baseline_m(), s.sigma_disparity_px()}))
     return "camera model is not finite";

@@ -11,10 +11,10 @@ inline constexpr std::uint32_t kMaxOctreeDecoded = 256U << 20U;
 // Everything from the network is hostile until it passed here. Payload checksums and encodings
 // are the decoders' work (map_codec).
 
-const char* flaw(const v1::StereoFrame& sample);
+const char* flaw(const StereoFrame& sample);
 const char* flaw(const v1::RangefinderPosition& sample);
 const char* flaw(const v1::HoistState& sample);
-const char* flaw(const v1::PartialCloud& sample);
+const char* flaw(const PartialCloud& sample);
 const char* flaw(const v1::MapTile& sample);
 const char* flaw(const v1::HeightTile& sample);
 const char* flaw(const v1::OctreeMap& sample);

@@ -2,19 +2,24 @@
 
 // What endpoints.cpp and ros2_endpoints.cpp are made of; only they include it.
 
+#include <algorithm>
 #include <atomic>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <memory>
 #include <string>
 #include <thread>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "base/log.hpp"
 #include "dds/endpoints.hpp"
 #include "dds/guarded_type.hpp"
+#include "dds/in_place_type.hpp"
 #include "dds/participant_impl.hpp"
+#include "dds/shared_memory.hpp"
 
 namespace crane::dds {
 
@@ -114,6 +119,25 @@ Result<fdds::Topic*> topic_of(Participant::Impl& p, const std::string& name) {
   return topic;
 }
 
+template <class Sample>
+InPlaceType<Sample>* in_place_type(fdds::Topic* topic) {
+  const fdds::TypeSupport type = topic->get_participant()->find_type(topic->get_type_name());
+  return static_cast<InPlaceType<Sample>*>(type.get());
+}
+
+/// A payload as large as its sample, not as its bound: for samples without a key, whose instances
+/// do not end.
+template <class Qos>
+void take_memory_as_needed(Qos& qos) {
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.resource_limits().allocated_samples = 1;
+}
+
+inline Error one_role(const char* topic) {
+  return {ErrorCode::kResource, topic, "a participant reads it or writes it, not both",
+          "use a participant for each"};
+}
+
 // ---------------------------------------------------------------- writer
 
 template <class Topic>
@@ -121,6 +145,24 @@ struct Writer<Topic>::Impl : fdds::DataWriterListener {
   std::shared_ptr<Participant> participant;
   fdds::DataWriter* writer = nullptr;
   std::atomic<int> matched{0};
+  /// Of in-place samples: what was lent and not given back.
+  struct Lent {
+    void* memory = nullptr;
+    std::unique_ptr<Type> sample;
+  };
+  std::vector<Lent> lent;
+  std::size_t capacity = 0;
+
+  /// The memory behind a sample, which is no longer lent out.
+  void* take_back(Type* sample, std::unique_ptr<Type>& held) {
+    const auto at = std::find_if(lent.begin(), lent.end(),
+                                 [&](const Lent& l) { return l.sample.get() == sample; });
+    expects(at != lent.end(), "was lent by this writer");
+    held = std::move(at->sample);
+    void* memory = at->memory;
+    lent.erase(at);
+    return memory;
+  }
 
   void on_publication_matched(fdds::DataWriter* /*writer*/,
                               const fdds::PublicationMatchedStatus& status) override {
@@ -153,13 +195,30 @@ Writer<Topic>::Writer(Writer&&) noexcept = default;
 
 template <class Topic>
 Result<Writer<Topic>> Writer<Topic>::create(const std::shared_ptr<Participant>& participant,
-                                            const std::string& name, int strength) {
+                                            const std::string& name, int strength,
+                                            std::size_t capacity) {
   auto topic = topic_of<Topic>(participant->impl(), name);
   if (!topic) return topic.error();
   auto impl = std::make_unique<Impl>();
   impl->participant = participant;
+  bool zero_copy = participant->impl().zero_copy;
+  if constexpr (kInPlace<Type>) {
+    auto* type = in_place_type<Type>(*topic);
+    if (!type->take_role(InPlaceType<Type>::Role::kWriter, capacity > 0 ? capacity : Type::kMost))
+      return one_role(Topic::kName);
+    impl->capacity = capacity;
+    zero_copy = zero_copy && capacity > 0;
+    // One more is lent out, and one written meanwhile. What is not there ends the process when it
+    // is touched.
+    if (zero_copy)
+      if (auto room =
+              check_shared_memory(std::uint64_t{type->m_typeSize} * (Topic::kQos.depth + 2));
+          !room)
+        return room.error();
+  }
   fdds::DataWriterQos qos;
-  apply(Topic::kQos, participant->impl().zero_copy, qos);
+  apply(Topic::kQos, zero_copy, qos);
+  if (kInPlace<Type> && capacity == 0) take_memory_as_needed(qos);
   qos.reliability().max_blocking_time = Duration_t(1.0);
   qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
   if (Topic::kQos.transient_local) {
@@ -193,15 +252,35 @@ Result<void> Writer<Topic>::dispose(const Type& sample) {
 
 template <class Topic>
 typename Topic::Type* Writer<Topic>::loan() {
+  if (kInPlace<Type> && impl_->capacity == 0) return nullptr;
   void* memory = nullptr;
   if (impl_->writer->loan_sample(memory) != ReturnCode::RETCODE_OK) return nullptr;
-  return static_cast<Type*>(memory);
+  if constexpr (kInPlace<Type>) {
+    auto sample = std::make_unique<Type>();
+    InPlaceType<Type>::lay_out(*sample, impl_->capacity, memory);
+    impl_->lent.push_back({memory, std::move(sample)});
+    return impl_->lent.back().sample.get();
+  } else {
+    return static_cast<Type*>(memory);
+  }
 }
 
 template <class Topic>
 Result<void> Writer<Topic>::publish(Type* loaned) {
-  if (impl_->writer->write(loaned)) return {};
-  discard(loaned);
+  if constexpr (kInPlace<Type>) {
+    std::unique_ptr<Type> held;
+    void* memory = impl_->take_back(loaned, held);
+    const bool whole = InPlaceType<Type>::complete(*held, impl_->capacity, memory);
+    // What has shrunk is copied: it is sent as small as it is. Its memory is given back before,
+    // there may be no other.
+    if (!whole) impl_->writer->discard_loan(memory);
+    void* sample = whole ? memory : held.get();
+    if (impl_->writer->write(sample)) return {};
+    if (whole) impl_->writer->discard_loan(sample);
+  } else {
+    if (impl_->writer->write(loaned)) return {};
+    discard(loaned);
+  }
   return Error{ErrorCode::kResource, Topic::kName, "the sample was not accepted within 1 s",
                "a reader is stuck, or memory limits are reached"};
 }
@@ -209,6 +288,8 @@ Result<void> Writer<Topic>::publish(Type* loaned) {
 template <class Topic>
 void Writer<Topic>::discard(Type* loaned) {
   void* memory = loaned;
+  std::unique_ptr<Type> held;
+  if constexpr (kInPlace<Type>) memory = impl_->take_back(loaned, held);
   impl_->writer->discard_loan(memory);
 }
 

@@ -15,7 +15,7 @@ class Digest {
   }
   void add(const CameraModel& c) {
     for (const double v : {double(c.width), double(c.height), c.fx_px, c.fy_px, c.cx_px, c.cy_px,
-                           c.k1, c.k2, c.p1, c.p2})
+                           c.k1, c.k2, c.p1, c.p2, double(c.lens), c.k3, c.k4, c.k5, c.k6})
       add(v);
   }
   void add(const Eigen::Isometry3d& T) {

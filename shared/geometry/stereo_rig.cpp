@@ -27,17 +27,32 @@ std::string format(const char* form, Values... values) {
 /// ones do at most in its corners.
 bool lens_unfolds(const CameraModel& c) {
   const double border = 0.5 * std::min(c.width / c.fx_px, c.height / c.fy_px);
-  for (double r = 0; r < 20; r += 0.01) {
-    const double r2 = r * r;
-    if (r * (1 + c.k1 * r2 + c.k2 * r2 * r2) >= border) return true;
-    if (1 + 3 * c.k1 * r2 + 5 * c.k2 * r2 * r2 <= 0) return false;
+  const bool angle = c.lens == LensModel::kEquidistant;
+  const double most = angle ? 3.14 : 20;
+  constexpr double kStep = 0.002;
+  double before = 0;
+  for (double ray = kStep; ray < most; ray += kStep) {
+    const double radius = lens_radius(c, ray);
+    if (!(radius > before) || radius > before + 0.5) return false;  // a pole, too
+    if (radius >= border) return true;
+    before = radius;
   }
   return false;
 }
 
+std::string lens_text(const CameraModel& c) {
+  if (c.lens == LensModel::kEquidistant)
+    return format("(equidistant, k1 %g, k2 %g, k3 %g, k4 %g)", c.k1, c.k2, c.k3, c.k4);
+  std::string text = format("(k1 %g, k2 %g, p1 %g, p2 %g", c.k1, c.k2, c.p1, c.p2);
+  if (c.k3 != 0 || c.lens == LensModel::kRational) text += format(", k3 %g", c.k3);
+  if (c.lens == LensModel::kRational) text += format(", k4 %g, k5 %g, k6 %g", c.k4, c.k5, c.k6);
+  return text + ")";
+}
+
 /// What cannot be true of a camera; empty = nothing.
 std::string camera_flaw(const CameraModel& c) {
-  for (double v : {c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1, c.k2, c.p1, c.p2})
+  for (double v :
+       {c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6})
     if (!std::isfinite(v)) return "holds a value that is not finite";
   if (c.width < 16 || c.height < 16) return "has an image of less than 16 pixels";
   if (c.fx_px < 0.1 * c.width || c.fx_px > 50.0 * c.width)
@@ -57,12 +72,20 @@ std::string camera_flaw(const CameraModel& c) {
     return text;
   }
   if (std::max(std::abs(c.p1), std::abs(c.p2)) > kTangential || !lens_unfolds(c))
-    return format("has a lens (k1 %g, k2 %g, p1 %g, p2 %g) that folds the image", c.k1, c.k2, c.p1,
-                  c.p2);
+    return "has a lens " + lens_text(c) + " that folds the image";
   return "";
 }
 
 }  // namespace
+
+double lens_radius(const CameraModel& c, double ray) {
+  const double r2 = ray * ray;
+  if (c.lens == LensModel::kEquidistant)
+    return ray * (1 + r2 * (c.k1 + r2 * (c.k2 + r2 * (c.k3 + r2 * c.k4))));
+  const double above = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
+  const double below = 1 + r2 * (c.k4 + r2 * (c.k5 + r2 * c.k6));
+  return ray * above / below;
+}
 
 Result<void> check_rotation(const Eigen::Matrix3d& R, const std::string& where,
                             const std::string& name) {
@@ -86,11 +109,14 @@ Result<void> check_rig(const StereoRig& rig, const std::string& where) {
   for (const bool left : {true, false})
     if (const std::string flaw = camera_flaw(left ? rig.left : rig.right); !flaw.empty())
       return bad(std::string(left ? "cam0" : "cam1") + " " + flaw,
-                 "write intrinsics [fu, fv, cu, cv] and distortion [k1, k2, p1, p2] of images of "
-                 "just this resolution");
+                 "write intrinsics [fu, fv, cu, cv] and distortion, of the model that is named, of "
+                 "images of just this resolution");
   if (rig.left.width != rig.right.width || rig.left.height != rig.right.height)
     return bad("left and right camera differ in resolution",
                "calibrate both at the same resolution");
+  if ((rig.left.lens == LensModel::kEquidistant) != (rig.right.lens == LensModel::kEquidistant))
+    return bad("one camera has an equidistant lens and the other one has not",
+               "calibrate both with the same distortion_model");
   const double focal = rig.left.fx_px / rig.right.fx_px;
   if (focal < 0.8 || focal > 1.25)
     return bad(format("the focal lengths of cam0 and cam1 differ (%g and %g px)", rig.left.fx_px,

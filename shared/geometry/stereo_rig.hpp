@@ -8,13 +8,26 @@
 
 namespace crane {
 
-/// Pinhole camera with radial-tangential distortion (k1 k2 p1 p2), as OpenCV and EuRoC define it.
+/// How a lens bends rays; the coefficients are those of OpenCV.
+enum class LensModel {
+  kRadialTangential,  ///< k1 k2 p1 p2 k3 (Brown, Conrady)
+  kRational,          ///< k1 k2 p1 p2 k3 k4 k5 k6
+  kEquidistant,       ///< k1 k2 k3 k4: of powers of the angle (Kannala, Brandt), cv::fisheye's
+};
+
+/// Pinhole camera with a lens.
 struct CameraModel {
   std::uint32_t width = 0, height = 0;  ///< [px]
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
   int bits = 0;  ///< of a pixel, where image files have 16: 8 .. 16; 0 = not said
+  LensModel lens = LensModel::kRadialTangential;
+  double k3 = 0, k4 = 0, k5 = 0, k6 = 0;
 };
+
+/// Where the lens puts a ray, in units of the focal length from the principal point, without the
+/// tangential part: of the tangent of its angle to the axis, of the angle itself for kEquidistant.
+double lens_radius(const CameraModel& camera, double ray);
 
 /// Two cameras on one mount. A calibration's body frame does not get in here: what is said of the
 /// mount is said of the left camera, whatever body the calibration was made with.

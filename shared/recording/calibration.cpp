@@ -1,5 +1,6 @@
 #include "recording/calibration.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -25,6 +26,67 @@ void read_transform(YamlReader& y, const std::string& key, Eigen::Isometry3d& ou
     t.problem("data", "does not end with the row 0, 0, 0, 1");
 }
 
+struct LensName {
+  const char* name;
+  LensModel model;
+  std::size_t coefficients;
+};
+/// Ours first; then as EuRoC, ROS, Kalibr and OpenCV call the same model.
+constexpr LensName kLensNames[] = {
+    {"radial-tangential", LensModel::kRadialTangential, 5},
+    {"plumb_bob", LensModel::kRadialTangential, 5},
+    {"radtan", LensModel::kRadialTangential, 5},
+    {"rational", LensModel::kRational, 8},
+    {"rational_polynomial", LensModel::kRational, 8},
+    {"equidistant", LensModel::kEquidistant, 4},
+    {"fisheye", LensModel::kEquidistant, 4},
+};
+
+const LensName* lens_named(const std::string& name) {
+  for (const LensName& lens : kLensNames)
+    if (name == lens.name) return &lens;
+  return nullptr;
+}
+
+/// Coefficients in OpenCV's order; those that are not there are 0.
+void set_lens(LensModel model, std::vector<double> d, CameraModel& c) {
+  d.resize(std::max<std::size_t>(d.size(), 8));
+  c.lens = model;
+  c.k1 = d[0];
+  c.k2 = d[1];
+  if (model == LensModel::kEquidistant) {
+    c.k3 = d[2];
+    c.k4 = d[3];
+    return;
+  }
+  c.p1 = d[2];
+  c.p2 = d[3];
+  c.k3 = d[4];
+  if (model == LensModel::kRational) c.k4 = d[5], c.k5 = d[6], c.k6 = d[7];
+}
+
+std::vector<double> coefficients_of(const CameraModel& c) {
+  if (c.lens == LensModel::kEquidistant) return {c.k1, c.k2, c.k3, c.k4};
+  std::vector<double> d = {c.k1, c.k2, c.p1, c.p2};
+  if (c.lens == LensModel::kRational || c.k3 != 0) d.push_back(c.k3);
+  if (c.lens == LensModel::kRational) d.insert(d.end(), {c.k4, c.k5, c.k6});
+  return d;
+}
+
+std::string lens_text(const CameraModel& c) {
+  std::ostringstream s;
+  s.precision(17);
+  for (const LensName& lens : kLensNames)
+    if (lens.model == c.lens) {
+      s << "distortion_model: " << lens.name << "\ndistortion_coefficients: [";
+      break;
+    }
+  const std::vector<double> d = coefficients_of(c);
+  for (std::size_t i = 0; i < d.size(); ++i) s << (i > 0 ? ", " : "") << d[i];
+  s << "]\n";
+  return s.str();
+}
+
 Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Isometry3d& T_BS) {
   auto file = YamlReader::from_file(path);
   if (!file) return file.error();
@@ -38,24 +100,27 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
   y.text("camera_model", model);
   if (model != "pinhole") y.problem("camera_model", "is not 'pinhole'");
   y.text("distortion_model", distortion);
-  // As EuRoC, ROS and Kalibr call the same model.
-  if (distortion != "radial-tangential" && distortion != "plumb_bob" && distortion != "radtan")
+  const LensName* lens = lens_named(distortion);
+  if (lens == nullptr)
     y.problem("distortion_model",
-              "'" + distortion + "' is not 'radial-tangential' (also: plumb_bob, radtan)");
+              "'" + distortion + "' is not 'radial-tangential' (also: plumb_bob, radtan), " +
+                  "'rational' (rational_polynomial) or 'equidistant' (fisheye)");
   std::vector<double> size;
   std::vector<double> k;
   std::vector<double> d = {0, 0, 0, 0};
   y.numbers("resolution", size, 2, true);
   y.numbers("intrinsics", k, 4, true);
   y.numbers("distortion_coefficients", d, 4, 14, false);
-  // OpenCV and ROS write k3 and more behind k1, k2, p1, p2; calibrated without them they are 0.
-  for (std::size_t i = 4; i < d.size(); ++i)
+  if (lens != nullptr && lens->model == LensModel::kRational && d.size() < lens->coefficients)
+    y.problem("distortion_coefficients", "are fewer than the 8 of '" + distortion + "'");
+  // OpenCV writes up to 14 (thin prism, tilt); calibrated without them they are 0.
+  const std::size_t used = lens == nullptr ? d.size() : lens->coefficients;
+  for (std::size_t i = used; i < d.size(); ++i)
     if (d[i] != 0) {
-      y.problem(
-          "distortion_coefficients",
-          "number " + std::to_string(i + 1) +
-              " is not 0: only k1, k2, p1, p2 are used; calibrate with k3 and more fixed to 0 "
-              "(OpenCV: CALIB_FIX_K3)");
+      y.problem("distortion_coefficients",
+                "number " + std::to_string(i + 1) + " is not 0: '" + distortion + "' has " +
+                    std::to_string(used) +
+                    (used < 8 ? "; of 8 the distortion_model is rational" : ""));
       break;
     }
   int bits = 0;
@@ -73,9 +138,10 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
             k[3],
             d[0],
             d[1],
-            d[2],
-            d[3],
+            0,
+            0,
             bits};
+  if (lens != nullptr) set_lens(lens->model, d, camera);
   return {};
 }
 
@@ -141,9 +207,8 @@ Result<void> write_rig(const StereoRig& rig, const std::string& folder, double r
       << "rate_hz: " << rate_hz << "\nresolution: [" << c.width << ", " << c.height
       << "]\ncamera_model: pinhole\n"
       << "intrinsics: [" << c.fx_px << ", " << c.fy_px << ", " << c.cx_px << ", " << c.cy_px
-      << "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: ["
-      << c.k1 << ", " << c.k2 << ", " << c.p1 << ", " << c.p2 << "]\n"
-      << bits;
+      << "] # fu, fv, cu, cv\n"
+      << lens_text(c) << bits;
     if (auto r = write_text(dir + "/sensor.yaml", s.str()); !r) return r;
   }
   return write_text(folder + "/rig.yaml",

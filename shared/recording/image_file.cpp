@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "base/read_file.hpp"
-#include "recording/jpeg.hpp"
+#include "imaging/jpeg.hpp"
 
 namespace crane {
 namespace {
@@ -94,14 +94,6 @@ Result<Image> decode_png(std::vector<std::uint8_t> file, const std::string& name
 }
 
 }  // namespace
-
-Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_t height,
-                      std::uint64_t max_pixels) {
-  return {ErrorCode::kBadData, name,
-          std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
-              std::to_string(max_pixels) + " pixels fit a stereo frame",
-          "set the camera to 1280 x 720 or less"};
-}
 
 Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
                            std::uint64_t max_pixels, int bits) {

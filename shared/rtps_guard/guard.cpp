@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kLastNumber = 1ULL << 62U;
 /// The largest sample that any topic carries, and what its encoding adds.
-constexpr std::uint32_t kLargestSample = (32U << 20U) + 65'536;
+constexpr std::uint32_t kLargestSample = (40U << 20U) + 65'536;
 constexpr std::size_t kFragmentedSamples = 65'536;
 
 /// 44.53.<id>.5f.45.50.52.4f.53.49.4d.41: 'fastdds discovery'.

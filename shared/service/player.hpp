@@ -39,8 +39,8 @@ PlayClock play_clock(const PlayOptions& options, PlayRate rate, TimeNs recorded_
 void wait_until(TimeNs due, ServiceContext& context);
 
 /// Waits for a reader, and until it knows this writer as well.
-template <class Topic>
-void wait_for_reader(const dds::Writer<Topic>& writer, ServiceContext& context) {
+template <class Writer>
+void wait_for_reader(const Writer& writer, ServiceContext& context) {
   const TimeNs step = kNsPerSecond / 100;
   while (writer.matched() == 0 && !context.stopping())
     wait_until(MonotonicClock().now() + step, context);
@@ -48,8 +48,8 @@ void wait_for_reader(const dds::Writer<Topic>& writer, ServiceContext& context) 
 }
 
 /// Waits at the end until readers have all, at most 5 s and not beyond a stop.
-template <class Topic>
-void wait_until_taken(dds::Writer<Topic>& writer, ServiceContext& context) {
+template <class Writer>
+void wait_until_taken(Writer& writer, ServiceContext& context) {
   constexpr std::chrono::milliseconds kStep{100};
   for (int n = 0; n < 50 && !context.stopping() && !writer.wait_for_readers(kStep); ++n)
     context.status.tick();

@@ -40,7 +40,7 @@ std::vector<Vector3f> camera_rays(const CameraModel& c, int samples, const Senso
         double y = yd;
         for (int i = 0; i < 20; ++i) {
           const double r2 = x * x + y * y;
-          const double radial = 1 + c.k1 * r2 + c.k2 * r2 * r2;
+          const double radial = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
           x = (xd - 2 * c.p1 * x * y - c.p2 * (r2 + 2 * x * x)) / radial;
           y = (yd - c.p1 * (r2 + 2 * y * y) - 2 * c.p2 * x * y) / radial;
         }

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
+#include <opencv2/calib3d.hpp>  // StereoBM, StereoSGBM
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "stereo/disparity_support.hpp"
 #include "stereo/evidence.hpp"
 #include "stereo/near_field.hpp"
 #include "stereo/pair_contrast.hpp"
+#include "stereo/rectification.hpp"
 #include "stereo/repetition.hpp"
 #include "stereo/semi_global.hpp"
 
@@ -25,15 +27,9 @@ constexpr double kNearField = 0.2;
 constexpr int kOpenCvScale = 16;
 constexpr int kOpenCvFactor = kDisparityScale / kOpenCvScale;
 constexpr std::uint8_t kMinSupport = 80;  ///< a third of the neighbours
-constexpr double kMinMatched = 0.03;      ///< share of the pixels; fewer: the pair does not overlap
-
-cv::Mat intrinsics(const CameraModel& c) {
-  return (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
-}
-
-cv::Mat distortion(const CameraModel& c) {
-  return (cv::Mat_<double>(1, 4) << c.k1, c.k2, c.p1, c.p2);
-}
+/// Disparities are kept in 16 bits.
+constexpr int kMostDisparity_px = 32'767 / kDisparityScale - 1;
+constexpr double kMinMatched = 0.03;  ///< share of the pixels; fewer: the pair does not overlap
 
 cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int count) {
   const bool strict = !s.paper && s.left_right_px >= 0;
@@ -62,9 +58,9 @@ cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& s, int first, int 
 struct StereoStage::Impl {
   StereoSettings settings;
   cv::Size size;
-  RectifiedCamera camera;
+  Rectification rectification;
+  const RectifiedCamera& camera = rectification.camera;
   int first = 0, count = 0;
-  cv::Mat map_left[2], map_right[2];
   cv::Ptr<cv::StereoMatcher> opencv;  ///< one of these two
   std::unique_ptr<SemiGlobalMatcher> sgm;
   std::optional<NearField> near_field;   ///< beside sgm
@@ -73,7 +69,25 @@ struct StereoStage::Impl {
   PairCheck check;
   bool coloured = false;
   std::int64_t number = -1;
-  cv::Mat left_colour, left, right_grey, right, disparity;
+  cv::Mat left_colour, left, right, disparity;
+  Image left_decoded, right_decoded;
+  std::vector<std::uint8_t> converted;
+
+  /// What is grey or BGR already is not copied.
+  Result<cv::Mat> grey_of(const ImageView& image) { return as(image, PixelFormat::kMono8); }
+  Result<cv::Mat> bgr_of(const ImageView& image) { return as(image, PixelFormat::kBgr8); }
+
+ private:
+  Result<cv::Mat> as(const ImageView& image, PixelFormat wanted) {
+    const bool grey = wanted == PixelFormat::kMono8;
+    const int type = grey ? CV_8UC1 : CV_8UC3;
+    if (image.format == wanted &&
+        image_flaw(image.format, image.width, image.height, image.bytes.size()) == nullptr)
+      return cv::Mat(size, type, const_cast<std::uint8_t*>(image.bytes.data()));
+    const auto done = grey ? to_grey(image, converted) : to_bgr(image, converted);
+    if (!done) return done.error();
+    return cv::Mat(size, type, converted.data());
+  }
 };
 
 StereoStage::StereoStage(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -97,40 +111,10 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
   if (settings.paper && settings.matcher == StereoSettings::Matcher::kSgm)
     impl->settings.matcher = StereoSettings::Matcher::kBlock;
   impl->size = {static_cast<int>(rig.left.width), static_cast<int>(rig.left.height)};
-  const Eigen::Isometry3d T_right_left = rig.T_right_left();
-  cv::Mat R(3, 3, CV_64F);
-  cv::Mat t(3, 1, CV_64F);
-  for (int r = 0; r < 3; ++r) {
-    t.at<double>(r) = T_right_left.translation()[r];
-    for (int c = 0; c < 3; ++c) R.at<double>(r, c) = T_right_left.linear()(r, c);
-  }
-  cv::Mat R_left, R_right, P_left, P_right, Q;
-  try {
-    cv::stereoRectify(intrinsics(rig.left), distortion(rig.left), intrinsics(rig.right),
-                      distortion(rig.right), impl->size, R, t, R_left, R_right, P_left, P_right, Q,
-                      cv::CALIB_ZERO_DISPARITY, 0);
-    cv::initUndistortRectifyMap(intrinsics(rig.left), distortion(rig.left), R_left, P_left,
-                                impl->size, CV_16SC2, impl->map_left[0], impl->map_left[1]);
-    cv::initUndistortRectifyMap(intrinsics(rig.right), distortion(rig.right), R_right, P_right,
-                                impl->size, CV_16SC2, impl->map_right[0], impl->map_right[1]);
-  } catch (const cv::Exception& e) {
-    return Error{ErrorCode::kConfiguration, "calibration", "does not rectify: " + e.err,
-                 "calibrate again"};
-  }
-  RectifiedCamera& camera = impl->camera;
-  camera.width = rig.left.width;
-  camera.height = rig.left.height;
-  camera.f_px = P_left.at<double>(0, 0);
-  camera.cx_px = P_left.at<double>(0, 2);
-  camera.cy_px = P_left.at<double>(1, 2);
-  camera.baseline_m = -P_right.at<double>(0, 3) / P_right.at<double>(0, 0);
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) camera.R_camera_rectified(r, c) = R_left.at<double>(c, r);
-  if (!std::isfinite(camera.f_px) || camera.f_px < 1 || camera.baseline_m <= 0)
-    return Error{ErrorCode::kConfiguration, "calibration",
-                 "does not rectify (focal length " + std::to_string(camera.f_px) + " px)",
-                 "calibrate again"};
-
+  auto rectification = rectification_of(rig);
+  if (!rectification) return rectification.error();
+  impl->rectification = std::move(*rectification);
+  const RectifiedCamera& camera = impl->rectification.camera;
   const double fb = camera.f_px * camera.baseline_m;
   if (settings.paper) {
     impl->first = 0;
@@ -149,6 +133,7 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     impl->count = std::max(16, (last - impl->first + 1 + 15) & -16);
   }
   if (impl->first + impl->count > impl->size.width - settings.block_px ||
+      impl->first + impl->count > kMostDisparity_px ||
       (impl->settings.matcher == StereoSettings::Matcher::kSgm && impl->count > 256))
     return Error{ErrorCode::kConfiguration, "stereo",
                  "a search up to " + std::to_string(impl->first + impl->count) + " px, over " +
@@ -172,9 +157,10 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     const double nearest = kNearField * rig.camera_height_m();
     impl->repetition.emplace(impl->size.width, impl->size.height, impl->count,
                              impl->first + impl->count - 1);
-    impl->near_field = NearField::create(
-        impl->size.width, impl->size.height,
-        {impl->first, impl->first + impl->count - 1, static_cast<int>(fb / nearest)});
+    impl->near_field =
+        NearField::create(impl->size.width, impl->size.height,
+                          {impl->first, impl->first + impl->count - 1,
+                           std::min(static_cast<int>(fb / nearest), kMostDisparity_px)});
   } else {
     impl->opencv = make_matcher(impl->settings, impl->first, impl->count);
   }
@@ -184,27 +170,34 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
 
 Result<double> StereoStage::rectify(const StereoImages& images) {
   Impl& m = *impl_;
-  if (images.width != m.camera.width || images.height != m.camera.height)
-    return Error{ErrorCode::kWrongSize, "stereo frame",
-                 std::to_string(images.width) + " x " + std::to_string(images.height) +
-                     " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
-                     std::to_string(m.size.height),
-                 "use the calibration of this camera at this resolution"};
+  for (const ImageView* image : {&images.left, &images.right})
+    if (image->width != m.camera.width || image->height != m.camera.height)
+      return Error{ErrorCode::kWrongSize, "stereo frame",
+                   std::to_string(image->width) + " x " + std::to_string(image->height) +
+                       " pixels, calibrated for " + std::to_string(m.size.width) + " x " +
+                       std::to_string(m.size.height),
+                   "use the calibration of this camera at this resolution"};
   const Stopwatch watch;
   try {
-    m.coloured = images.channels == 3;
     m.number = images.number;
-    const int type = m.coloured ? CV_8UC3 : CV_8UC1;
-    const cv::Mat raw_left(m.size, type, const_cast<std::uint8_t*>(images.left));
-    const cv::Mat raw_right(m.size, type, const_cast<std::uint8_t*>(images.right));
+    const auto raw_left = decoded(images.left, m.left_decoded);
+    if (!raw_left) return raw_left.error();
+    const auto raw_right = decoded(images.right, m.right_decoded);
+    if (!raw_right) return raw_right.error();
+    m.coloured = may_have_colour(raw_left->format);
+    const auto rectify = [&m](const cv::Mat& raw, bool left, cv::Mat& out) {
+      const cv::Mat* map = left ? m.rectification.left : m.rectification.right;
+      cv::remap(raw, out, map[0], map[1], cv::INTER_LINEAR);
+    };
+    for (const bool left : {true, false}) {
+      const auto grey = m.grey_of(left ? *raw_left : *raw_right);
+      if (!grey) return grey.error();
+      rectify(*grey, left, left ? m.left : m.right);
+    }
     if (m.coloured) {
-      cv::remap(raw_left, m.left_colour, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
-      cv::cvtColor(m.left_colour, m.left, cv::COLOR_BGR2GRAY);
-      cv::cvtColor(raw_right, m.right_grey, cv::COLOR_BGR2GRAY);
-      cv::remap(m.right_grey, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
-    } else {
-      cv::remap(raw_left, m.left, m.map_left[0], m.map_left[1], cv::INTER_LINEAR);
-      cv::remap(raw_right, m.right, m.map_right[0], m.map_right[1], cv::INTER_LINEAR);
+      const auto colour = m.bgr_of(*raw_left);
+      if (!colour) return colour.error();
+      rectify(*colour, true, m.left_colour);
     }
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::kBadData, "stereo frame", "OpenCV: " + e.err, ""};

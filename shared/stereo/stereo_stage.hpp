@@ -7,6 +7,7 @@
 
 #include "base/result.hpp"
 #include "geometry/stereo_rig.hpp"
+#include "imaging/convert.hpp"
 #include "stereo/pair_check.hpp"
 
 namespace crane {
@@ -35,11 +36,9 @@ constexpr int paper_disparities(int width_px) {
   return (width_px / 8 + 15) & -16;
 }
 
-/// One exposure, unrectified: rows from the top without padding; channels 1 (mono) or 3 (BGR).
+/// One exposure, unrectified, as the camera gave it.
 struct StereoImages {
-  const std::uint8_t* left = nullptr;
-  const std::uint8_t* right = nullptr;
-  std::uint32_t width = 0, height = 0, channels = 1;
+  ImageView left, right;
   std::int64_t number = -1;  ///< of the frame; tells a frame sent again from a frozen camera
 };
 
@@ -77,7 +76,7 @@ class StereoStage {
   [[nodiscard]] int disparities_px() const;
 
   /// Rectifies into memory of its own; the images are not needed after it. Returns its time [ms].
-  /// Error: WrongSize if the images do not have the calibration's size.
+  /// Error: WrongSize if the images do not have the calibration's size, BadData for what is none.
   Result<double> rectify(const StereoImages& images);
   /// Matches the rectified pair and reprojects: Z = f b / d (eq. 4).
   Result<StereoReport> match(const CloudImages& out);

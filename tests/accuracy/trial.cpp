@@ -227,8 +227,7 @@ Result<Outcome> run_trial(const Recording& recording, const Scene& scene, const 
     CloudSample cloud =
         cloud_of(stage->camera(), calibration, StereoConfig{}.sigma_disparity_px, n, frame.time);
     const Stopwatch cloud_watch;
-    auto rectified = stage->rectify({left->bytes.data(), right->bytes.data(), left->width,
-                                     left->height, left->channels, static_cast<int>(n)});
+    auto rectified = stage->rectify({left->view(), right->view(), static_cast<int>(n)});
     if (!rectified) return rectified.error();
     auto matched = stage->match({cloud.depth_m, cloud.confidence, cloud.colour});
     if (!matched) return matched.error();

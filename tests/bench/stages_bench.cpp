@@ -36,7 +36,7 @@ struct Frame {
       : stage(*StereoStage::create(recording.rig(), {})),
         left(*read_image(recording.frames()[0].left_file, kPixels)),
         right(*read_image(recording.frames()[0].right_file, kPixels)) {
-    (void)stage.rectify({left.bytes.data(), right.bytes.data(), 1280, 720, 3});
+    (void)stage.rectify({left.view(), right.view()});
     (void)stage.match({depth, confidence, colour});
     const RectifiedCamera& c = stage.camera();
     cloud = {1280,
@@ -60,8 +60,7 @@ Frame& frame() {
 
 void Rectify(benchmark::State& state) {
   Frame& f = frame();
-  for (auto _ : state)
-    (void)f.stage.rectify({f.left.bytes.data(), f.right.bytes.data(), 1280, 720, 3});
+  for (auto _ : state) (void)f.stage.rectify({f.left.view(), f.right.view()});
 }
 BENCHMARK(Rectify)->Unit(benchmark::kMillisecond)->UseRealTime();
 

@@ -6,16 +6,15 @@
 #include "clearance_replyPubSubTypes.h"
 #include "clearance_requestPubSubTypes.h"
 #include "dds/guarded_type.hpp"
+#include "dds/in_place_type.hpp"
 #include "dds/validate.hpp"
 #include "height_tilePubSubTypes.h"
 #include "hoist_statePubSubTypes.h"
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
 #include "octree_mapPubSubTypes.h"
-#include "partial_cloudPubSubTypes.h"
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
-#include "stereo_framePubSubTypes.h"
 #include "tile_requestPubSubTypes.h"
 #include "zone_commandPubSubTypes.h"
 #include "zone_setPubSubTypes.h"
@@ -30,12 +29,39 @@ void decode(const std::uint8_t* data, std::size_t size) {
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size + 1));
   std::memcpy(payload.data, data, size);
   payload.length = static_cast<std::uint32_t>(size);
-  static const auto kept = std::make_unique<Type>();  // megabytes, some of them
-  Type& sample = *kept;
+  static Type sample;
   if (!type.deserialize(&payload, &sample)) return;
   (void)crane::dds::flaw(sample);
   eprosima::fastrtps::rtps::InstanceHandle_t handle;
   (void)type.getKey(&sample, &handle);
+}
+
+/// Whatever it says its images are, they must be within the payload: asan sees each byte.
+template <class T>
+void read_all(const crane::dds::Items<T>& items) {
+  static volatile int sum = 0;
+  for (const T& value : items) sum = sum + (value > 0 ? 1 : 0);
+}
+void read_images(const crane::dds::StereoFrame& s) {
+  read_all(s.left());
+  read_all(s.right());
+}
+void read_images(const crane::dds::PartialCloud& s) {
+  read_all(s.depth());
+  read_all(s.confidence());
+  read_all(s.colour());
+}
+template <class Sample>
+void decode_in_place(const std::uint8_t* data, std::size_t size) {
+  static crane::dds::InPlaceType<Sample> type;
+  static Sample sample;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size));
+  std::memcpy(payload.data, data, size);
+  payload.length = static_cast<std::uint32_t>(size);
+  const bool whole = type.deserialize(&payload, &sample);
+  if (whole != (sample.broken() == nullptr)) __builtin_trap();
+  if (!whole && crane::dds::flaw(sample) == nullptr) __builtin_trap();
+  read_images(sample);
 }
 
 }  // namespace
@@ -80,10 +106,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       decode<v1::MapStatusPubSubType, v1::MapStatus>(data, size);
       break;
     case 12:
-      decode<v1::StereoFramePubSubType, v1::StereoFrame>(data, size);
+      decode_in_place<crane::dds::StereoFrame>(data, size);
       break;
     case 13:
-      decode<v1::PartialCloudPubSubType, v1::PartialCloud>(data, size);
+      decode_in_place<crane::dds::PartialCloud>(data, size);
       break;
     default:
       decode<v1::ServiceStatusPubSubType, v1::ServiceStatus>(data, size);

@@ -67,11 +67,13 @@ std::vector<Captured> real_traffic() {
     while (tiles_in.take()) ++got;
     return got >= 40 && frames.matched() == 1 && commands_out.matched() == 1;
   }));
-  auto frame = std::make_unique<v1::StereoFrame>();
+  auto frame = std::make_unique<StereoFrame>();
   frame->encoding(1);
   frame->width(64);
   frame->height(64);
   frame->exposure_time_ns(1);
+  frame->left().resize(2'764'800);  // large: it goes in fragments
+  frame->right().resize(2'764'800);
   v1::ZoneCommand command;
   command.crane(1);
   command.action(v1::ZONE_SWITCH);
@@ -324,11 +326,13 @@ void live_through_mutations(std::uint32_t domain, const std::string& security, l
   Friend client(domain, security);
   {
     ASSERT_TRUE(client.is_served());
-    auto frame = std::make_unique<v1::StereoFrame>();
+    auto frame = std::make_unique<StereoFrame>();
     frame->encoding(1);
     frame->width(64);
     frame->height(64);
     frame->exposure_time_ns(1);
+    frame->left().resize(2'764'800);  // large: it goes in fragments
+    frame->right().resize(2'764'800);
     for (int i = 0; client.frames && i < 3; ++i) EXPECT_TRUE(client.frames->write(*frame));
     Friend leaves(domain, security);
     ASSERT_TRUE(leaves.is_served());

@@ -21,10 +21,10 @@ struct Pair {
   std::optional<Writer<Topic>> writer;
   std::optional<Reader<Topic>> reader;
 
-  explicit Pair(Transport transport) {
+  explicit Pair(Transport transport, std::size_t capacity = 0) {
     sender = *Participant::create(test::settings(transport), "sender");
     receiver = *Participant::create(test::settings(transport), "receiver");
-    writer.emplace(*Writer<Topic>::create(sender));
+    writer.emplace(*Writer<Topic>::create(sender, Topic::kName, 0, capacity));
     reader.emplace(*Reader<Topic>::create(receiver, &wakeup));
     EXPECT_TRUE(
         eventually([&] { return writer->matched() == 1 && reader->counts().matched == 1; }));
@@ -39,9 +39,9 @@ struct Pair {
 class FrameDelivery : public ::testing::TestWithParam<Transport> {};
 
 TEST_P(FrameDelivery, LoanedFramesArriveWholeAndInOrder) {
-  Pair<StereoFrameTopic> pair(GetParam());
+  Pair<StereoFrameTopic> pair(GetParam(), 3 * 1280 * 720);
   for (std::uint64_t n = 0; n < 20; ++n) {
-    v1::StereoFrame* frame = nullptr;
+    StereoFrame* frame = nullptr;
     ASSERT_TRUE(eventually([&] { return (frame = pair.writer->loan()) != nullptr; }));
     frame->crane(1);
     frame->encoding(v1::ENCODING_BGR8);
@@ -58,6 +58,7 @@ TEST_P(FrameDelivery, LoanedFramesArriveWholeAndInOrder) {
     EXPECT_EQ((*got)->sequence_number(), n);
     EXPECT_EQ((*got)->left().front(), n);
     EXPECT_EQ((*got)->right().back(), n + 100);
+    EXPECT_EQ((*got)->right().size(), 3U * 1280 * 720);
     EXPECT_TRUE(got->intact());
     EXPECT_GT(got->source_time_ns(), 0);
   }
@@ -72,10 +73,10 @@ TEST(FrameDelivery, AWriterWithZeroCopyReachesAReaderThatIsOnUdpOnly) {
   auto sender = *Participant::create(test::settings(), "sender");
   auto receiver = *Participant::create(test::settings(Transport::kUdp), "receiver");
   Wakeup wakeup;
-  auto writer = *Writer<StereoFrameTopic>::create(sender);
+  auto writer = *Writer<StereoFrameTopic>::create(sender, StereoFrameTopic::kName, 0, 64 * 48);
   auto reader = *Reader<StereoFrameTopic>::create(receiver, &wakeup);
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.counts().matched == 1; }));
-  v1::StereoFrame* frame = writer.loan();
+  StereoFrame* frame = writer.loan();
   ASSERT_NE(frame, nullptr);
   frame->encoding(v1::ENCODING_MONO8);
   frame->width(64);
@@ -83,15 +84,50 @@ TEST(FrameDelivery, AWriterWithZeroCopyReachesAReaderThatIsOnUdpOnly) {
   frame->exposure_time_ns(5);
   frame->sequence_number(77);
   ASSERT_TRUE(writer.publish(frame));
-  std::unique_ptr<Received<v1::StereoFrame>> got;
+  std::unique_ptr<Received<StereoFrame>> got;
   ASSERT_TRUE(eventually([&] { return (got = reader.take()) != nullptr; }));
   EXPECT_EQ((*got)->sequence_number(), 77U);
 }
 
+TEST_P(FrameDelivery, ImagesSmallerThanWhatWasLentArriveAsSmallAsTheyAre) {
+  Pair<StereoFrameTopic> pair(GetParam(), 100'000);
+  for (const std::size_t size : {100'000U, 5000U, 1U, 100'000U}) {
+    StereoFrame* frame = nullptr;
+    ASSERT_TRUE(eventually([&] { return (frame = pair.writer->loan()) != nullptr; }));
+    frame->encoding(v1::ENCODING_JPEG);
+    frame->exposure_time_ns(5);
+    frame->width(640);
+    frame->height(480);
+    frame->left().shrink(size);
+    frame->right().shrink(size - size / 3);
+    std::memset(frame->left().data(), 7, frame->left().size());
+    std::memset(frame->right().data(), 9, frame->right().size());
+    ASSERT_TRUE(pair.writer->publish(frame));
+    const auto got = pair.next();
+    ASSERT_NE(got, nullptr);
+    ASSERT_EQ((*got)->left().size(), size);
+    ASSERT_EQ((*got)->right().size(), size - size / 3);
+    EXPECT_EQ((*got)->left().back(), 7);
+    EXPECT_EQ((*got)->right().front(), 9);
+    EXPECT_TRUE(got->intact());
+  }
+}
+
+TEST(FrameDelivery, AParticipantReadsOrWritesButNotBoth) {
+  auto one = *Participant::create(test::settings(), "one");
+  auto writer = Writer<StereoFrameTopic>::create(one);
+  ASSERT_TRUE(writer);
+  EXPECT_FALSE(Reader<StereoFrameTopic>::create(one, nullptr));
+  auto other = *Participant::create(test::settings(), "other");
+  auto reader = Reader<StereoFrameTopic>::create(other, nullptr);
+  ASSERT_TRUE(reader);
+  EXPECT_FALSE(Writer<StereoFrameTopic>::create(other));
+}
+
 TEST(FrameDelivery, AFrameThatIsWrittenOverIsNoticed) {
-  Pair<StereoFrameTopic> pair(Transport::kAuto);
+  Pair<StereoFrameTopic> pair(Transport::kAuto, 64 * 48);
   const auto send = [&](std::uint64_t n) {
-    v1::StereoFrame* frame = pair.writer->loan();
+    StereoFrame* frame = pair.writer->loan();
     if (frame == nullptr) return;
     frame->encoding(v1::ENCODING_MONO8);
     frame->width(64);

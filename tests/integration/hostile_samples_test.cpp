@@ -20,9 +20,11 @@
 #include "map_statusPubSubTypes.h"
 #include "map_tilePubSubTypes.h"
 #include "octree_mapPubSubTypes.h"
+#include "partial_cloud.h"
 #include "partial_cloudPubSubTypes.h"
 #include "rangefinder_positionPubSubTypes.h"
 #include "service_statusPubSubTypes.h"
+#include "stereo_frame.h"
 #include "stereo_framePubSubTypes.h"
 #include "tile_requestPubSubTypes.h"
 #include "zone_commandPubSubTypes.h"
@@ -93,8 +95,8 @@ Payload mutate(Payload bytes, std::mt19937& random) {
   return bytes;
 }
 
-template <class Topic, class PubSubType>
-void attack(const typename Topic::Type& good_sample, int rounds) {
+template <class Topic, class PubSubType, class Sample>
+void attack(const Sample& good_sample, int rounds) {
   SCOPED_TRACE(Topic::kName);
   const Payload good = serialised<PubSubType>(good_sample);
   // Zero-copy readers take their samples over the network too when the writer is no friend.
@@ -237,7 +239,9 @@ TEST(HostileSamples, ZeroCopyTypes) {
   frame->width(64);
   frame->height(64);
   frame->exposure_time_ns(1);
-  attack<StereoFrameTopic, v1::StereoFramePubSubType>(*frame, 30);
+  frame->left().resize(64 * 64);
+  frame->right().resize(64 * 64);
+  attack<StereoFrameTopic, v1::StereoFramePubSubType>(*frame, 500);
   auto cloud = std::make_unique<v1::PartialCloud>();
   cloud->width(64);
   cloud->height(64);
@@ -245,7 +249,9 @@ TEST(HostileSamples, ZeroCopyTypes) {
   cloud->f_px(700);
   cloud->baseline_m(0.1);
   cloud->sigma_disparity_px(0.2);
-  attack<PartialCloudTopic, v1::PartialCloudPubSubType>(*cloud, 30);
+  cloud->depth().resize(64 * 64);
+  cloud->confidence().resize(64 * 64);
+  attack<PartialCloudTopic, v1::PartialCloudPubSubType>(*cloud, 500);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@
 #define FILL_F(f, v) s->f = (v);
 #define FILL_S(f, v) fill_text(s->f, sizeof s->f, (v)); /* bounded strings are arrays */
 #define FILL_B(f, n)                                        \
-  s->f._buffer = malloc(n);                                 \
+  s->f._buffer = malloc((n) * sizeof *s->f._buffer);                                 \
   s->f._length = s->f._maximum = (n);                       \
   s->f._release = true;                                     \
   for (size_t i = 0; i < (n); ++i) s->f._buffer[i] = BYTE_AT(i);

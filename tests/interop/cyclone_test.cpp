@@ -21,6 +21,13 @@ using namespace std::chrono_literals;
 
 // ------------------------------------------------- the fields of samples.h, for generated C++
 
+/// Generated types, but for those of ours that stand for them.
+namespace ours {
+using namespace v1;
+using dds::PartialCloud;
+using dds::StereoFrame;
+}  // namespace ours
+
 template <class A, class B>
 bool same(const A& is, const B& should) {
   return is == static_cast<A>(should);
@@ -48,10 +55,10 @@ bool same(const A& is, const B& should) {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #define NESTED(T, FIELDS)                                        \
-  void set(v1::T& s, [[maybe_unused]] std::size_t k) {           \
+  void set(ours::T& s, [[maybe_unused]] std::size_t k) {         \
     FIELDS(SET_F, SET_S, SET_B, SET_A, SET_O, SET_Q)             \
   }                                                              \
-  void check(const v1::T& s, [[maybe_unused]] std::size_t k) {   \
+  void check(const ours::T& s, [[maybe_unused]] std::size_t k) { \
     FIELDS(CHECK_F, CHECK_S, CHECK_B, CHECK_A, CHECK_O, CHECK_Q) \
   }
 NESTED(ZoneCorner, ZONE_CORNER)
@@ -73,7 +80,7 @@ struct Row;
 // NOLINTBEGIN(bugprone-macro-parentheses): T is a type, and tl a number
 #define ROW(T, topic, FIELDS, tl, depth, deadline, liveliness, exclusive) \
   template <>                                                             \
-  struct Row<v1::T> {                                                     \
+  struct Row<ours::T> {                                                   \
     static constexpr const char* kName = #topic;                          \
     static constexpr int kTransientLocal = tl, kDepth = depth;            \
     static constexpr int kExclusive = exclusive;                          \

@@ -158,7 +158,7 @@ constexpr TimeNs kTime = 1'700'000'001'250'000'000;
 const ros2::Frames kFrames(1);
 
 TEST(Ros2Bytes, PointCloud2) {
-  auto cloud = std::make_unique<v1::PartialCloud>();
+  auto cloud = std::make_unique<dds::PartialCloud>();
   cloud->exposure_time_ns(kTime);
   cloud->width(64);
   cloud->height(48);
@@ -166,6 +166,8 @@ TEST(Ros2Bytes, PointCloud2) {
   cloud->cx_px(31.5);
   cloud->cy_px(23.5);
   cloud->has_colour(1);
+  cloud->depth().resize(64 * 48);
+  cloud->colour().resize(3 * 64 * 48);
   cloud->depth()[8 * 64 + 4] = 2.5F;
   cloud->colour()[3 * (8 * 64 + 4) + 2] = 200;
   auto w = walk<sensor_msgs::msg::dds_::PointCloud2_PubSubType>(
@@ -196,13 +198,14 @@ TEST(Ros2Bytes, PointCloud2) {
 }
 
 TEST(Ros2Bytes, ImageAndCameraInfo) {
-  auto frame = std::make_unique<v1::StereoFrame>();
+  auto frame = std::make_unique<dds::StereoFrame>();
   frame->exposure_time_ns(kTime);
   frame->encoding(v1::ENCODING_BGR8);
   frame->width(40);
   frame->height(30);
+  frame->left().resize(3600);
   frame->left()[7] = 99;
-  auto w = walk<sensor_msgs::msg::dds_::Image_PubSubType>(ros2::image(*frame, kFrames),
+  auto w = walk<sensor_msgs::msg::dds_::Image_PubSubType>(*ros2::image(*frame, kFrames),
                                                           "sensor_msgs/Image");
   EXPECT_EQ(w.values["encoding"], "bgr8");
   EXPECT_EQ(w.values["step"], "120");

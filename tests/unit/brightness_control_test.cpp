@@ -87,7 +87,7 @@ TEST(BrightnessControl, JudgesBothImagesTogether) {
   FrameFacts facts;
   facts.width = 64;
   facts.height = 32;
-  facts.channels = 3;
+  facts.format = PixelFormat::kBgr8;
   const Brightness seen = brightness_of({left.data(), right.data(), left.size(), 64 * 32}, facts);
   EXPECT_NEAR(seen.mean, 177.5, 1e-9);
   EXPECT_NEAR(seen.saturated, 0.5, 1e-9);

@@ -74,11 +74,24 @@ TEST_F(FolderDeviceTest, APairIsTakenOnceWithTheTimeItIsNamedAfter) {
   EXPECT_EQ(facts_.exposure_time, 1'700'000'000'100'000'000);
   EXPECT_EQ(facts_.width, 8U);
   EXPECT_EQ(facts_.height, 6U);
-  EXPECT_EQ(facts_.channels, 1U);
+  EXPECT_EQ(facts_.format, PixelFormat::kMono8);
   EXPECT_EQ(left_[0], 50);
   EXPECT_EQ(right_[47], 51);
   EXPECT_FALSE(grab());
   EXPECT_EQ(device_->remark(), "");
+}
+
+TEST_F(FolderDeviceTest, APairLargerThanTheBuffersWaitsForLargerOnes) {
+  ASSERT_TRUE(device_->open());
+  EXPECT_EQ(device_->image_bytes(), 0U) << "not known";
+  put_pair("1700000000100000000.png", 10);
+  const auto small = device_->grab({left_.data(), right_.data(), 47, 1000}, facts_, {}, dropped_);
+  ASSERT_TRUE(small);
+  EXPECT_FALSE(*small);
+  EXPECT_EQ(device_->image_bytes(), 48U);
+  ASSERT_TRUE(grab());
+  EXPECT_EQ(right_[47], 11);
+  EXPECT_EQ(dropped_.of(Cause::kImageUnreadable), 0U);
 }
 
 TEST_F(FolderDeviceTest, LatencyIsTakenOff) {

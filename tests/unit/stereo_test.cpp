@@ -23,6 +23,10 @@ TEST(PaperDisparities, FollowEquationTen) {
   EXPECT_EQ(paper_disparities(1288), 176);
 }
 
+ImageView grey(const std::vector<std::uint8_t>& bytes, std::uint32_t width, std::uint32_t height) {
+  return {PixelFormat::kMono8, width, height, bytes};
+}
+
 struct Matched {
   std::vector<float> depth = std::vector<float>(kPixels);
   std::vector<std::uint8_t> confidence = std::vector<std::uint8_t>(kPixels);
@@ -35,7 +39,7 @@ Result<StereoReport> match_first_frame(const StereoSettings& settings, Matched& 
   if (!stage) return stage.error();
   const auto left = read_image(recording->frames()[0].left_file, kPixels);
   const auto right = read_image(recording->frames()[0].right_file, kPixels);
-  const auto rectified = stage->rectify({left->bytes.data(), right->bytes.data(), 1280, 720, 3});
+  const auto rectified = stage->rectify({left->view(), right->view()});
   if (!rectified) return rectified.error();
   return stage->match({out.depth, out.confidence, out.colour});
 }
@@ -86,7 +90,7 @@ TEST(StereoStage, RefusesImagesOfAnotherSizeThanTheCalibration) {
   auto stage = StereoStage::create(recording->rig(), {});
   Matched m;
   const std::vector<std::uint8_t> small(640 * 480);
-  const auto rectified = stage->rectify({small.data(), small.data(), 640, 480, 1});
+  const auto rectified = stage->rectify({grey(small, 640, 480), grey(small, 640, 480)});
   ASSERT_FALSE(rectified);
   EXPECT_EQ(rectified.error().code, ErrorCode::kWrongSize);
 }
@@ -106,7 +110,7 @@ TEST(StereoStage, ABlackPairIsNoMatchAtAll) {
   auto stage = StereoStage::create(recording->rig(), {});
   Matched m;
   const std::vector<std::uint8_t> black(kPixels);
-  ASSERT_TRUE(stage->rectify({black.data(), black.data(), 1280, 720, 1}));
+  ASSERT_TRUE(stage->rectify({grey(black, 1280, 720), grey(black, 1280, 720)}));
   const auto report = stage->match({m.depth, m.confidence, {}});
   ASSERT_TRUE(report);
   EXPECT_EQ(report->matched, 0U);

@@ -89,7 +89,7 @@ TEST_F(V4l2DeviceTest, LumaOfBothHalvesIsTheGreyPairStampedOnTheEpoch) {
   ASSERT_TRUE(got && *got) << device_->remark();
   EXPECT_EQ(facts_.width, kWidth);
   EXPECT_EQ(facts_.height, kHeight);
-  EXPECT_EQ(facts_.channels, 1U);
+  EXPECT_EQ(facts_.format, PixelFormat::kMono8);
   for (std::size_t y = 0; y < kHeight; ++y)
     for (std::size_t x = 0; x < kWidth; ++x) {
       ASSERT_EQ(left_[y * kWidth + x], luma(true, x, y));
@@ -145,7 +145,7 @@ TEST_F(V4l2DeviceTest, AJpegPictureIsDecodedAndOneThatIsCutIsCorrupt) {
                                   std::istreambuf_iterator<char>()};
   give(0, bytes);
   ASSERT_TRUE(*grab()) << device_->remark();
-  EXPECT_EQ(facts_.channels, 3U);
+  EXPECT_EQ(facts_.format, PixelFormat::kBgr8);
   EXPECT_NEAR(left_[0], 60, 8);
   EXPECT_NEAR(right_[0], 160, 8);
   // Motion JPEG leaves the standard Huffman tables out, and fills up behind the picture.

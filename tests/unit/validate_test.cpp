@@ -10,32 +10,69 @@
 namespace crane::dds {
 namespace {
 
+std::unique_ptr<StereoFrame> frame(std::uint32_t encoding, std::uint32_t width,
+                                   std::uint32_t height, std::size_t bytes) {
+  auto out = std::make_unique<StereoFrame>();
+  out->encoding(encoding);
+  out->width(width);
+  out->height(height);
+  out->exposure_time_ns(1);
+  out->left().resize(bytes);
+  out->right().resize(bytes);
+  return out;
+}
+
 TEST(Validate, StereoFrameNeedsKnownEncodingAndAFittingSize) {
-  auto frame = std::make_unique<v1::StereoFrame>();
-  frame->encoding(v1::ENCODING_MONO8);
-  frame->width(1280);
-  frame->height(720);
-  frame->exposure_time_ns(1);
-  EXPECT_EQ(flaw(*frame), nullptr);
-  frame->height(721);
-  EXPECT_NE(flaw(*frame), nullptr);
-  frame->width(0xFFFFFFFF);
-  frame->height(0xFFFFFFFF);  // their product overflows 64 bits less than it seems
-  EXPECT_NE(flaw(*frame), nullptr);
-  frame->width(1280);
-  frame->height(720);
-  frame->encoding(3);
-  EXPECT_NE(flaw(*frame), nullptr);
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_MONO8, 1280, 720, 1280 * 720)), nullptr);
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_MONO8, 1280, 720, 1280 * 720 + 1)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_MONO8, 1280, 720, 1280 * 720 - 1)), nullptr);
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_BAYER_BGGR8, 2448, 2048, 2448 * 2048)), nullptr);
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_MONO8, 2048, 2448, 2448 * 2048)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_MONO8, 2448, 2049, 2448 * 2049)), nullptr);
+  // Their product overflows 64 bits less than it seems.
+  EXPECT_NE(flaw(*frame(v1::ENCODING_MONO8, 0xFFFFFFFF, 0xFFFFFFFF, 100)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_JPEG, 0, 48, 100)), nullptr);
+  EXPECT_NE(flaw(*frame(0, 64, 48, 64 * 48 * 3)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_JPEG + 1, 64, 48, 64 * 48 * 3)), nullptr);
+  EXPECT_NE(flaw(*frame(0x40000001, 64, 48, 64 * 48 * 3)), nullptr);
+}
+
+TEST(Validate, EachEncodingHasItsBytesAndWidths) {
+  for (const std::uint32_t encoding : {v1::ENCODING_BGR8, v1::ENCODING_RGB8}) {
+    EXPECT_EQ(flaw(*frame(encoding, 63, 48, 63 * 48 * 3)), nullptr);
+    EXPECT_NE(flaw(*frame(encoding, 63, 48, 63 * 48 * 3 - 1)), nullptr);
+  }
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_YUYV, 64, 48, 64 * 48 * 2)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_YUYV, 64, 48, 64 * 48 * 2 - 1)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_YUYV, 63, 48, 64 * 48 * 2)), nullptr);
+  for (std::uint32_t e = v1::ENCODING_MONO10P; e <= v1::ENCODING_BAYER_BGGR12P; ++e) {
+    const bool ten = e == v1::ENCODING_MONO10P ||
+                     (e >= v1::ENCODING_BAYER_RGGB10P && e <= v1::ENCODING_BAYER_BGGR10P);
+    const std::size_t bytes = 64 * 48 * (ten ? 10 : 12) / 8;
+    EXPECT_EQ(flaw(*frame(e, 64, 48, bytes)), nullptr) << e;
+    EXPECT_NE(flaw(*frame(e, 64, 48, bytes - 1)), nullptr) << e;
+    EXPECT_NE(flaw(*frame(e, 63, 48, bytes)), nullptr) << e;
+    EXPECT_EQ(flaw(*frame(e, 62, 48, bytes)) == nullptr, !ten) << e;
+  }
+  EXPECT_EQ(flaw(*frame(v1::ENCODING_JPEG, 63, 48, 1)), nullptr);
+  EXPECT_NE(flaw(*frame(v1::ENCODING_JPEG, 63, 48, 0)), nullptr);
 }
 
 TEST(Validate, PartialCloudNeedsAFiniteCameraModel) {
-  auto cloud = std::make_unique<v1::PartialCloud>();
+  auto cloud = std::make_unique<PartialCloud>();
   cloud->width(4);
   cloud->height(4);
   cloud->exposure_time_ns(1);
   cloud->f_px(700);
   cloud->baseline_m(0.12);
   cloud->sigma_disparity_px(0.2);
+  EXPECT_NE(flaw(*cloud), nullptr) << "no depth";
+  cloud->depth().resize(16);
+  cloud->confidence().resize(16);
+  EXPECT_EQ(flaw(*cloud), nullptr);
+  cloud->has_colour(1);
+  EXPECT_NE(flaw(*cloud), nullptr) << "no colour";
+  cloud->colour().resize(48);
   EXPECT_EQ(flaw(*cloud), nullptr);
   cloud->rotation()[4] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(flaw(*cloud), nullptr);

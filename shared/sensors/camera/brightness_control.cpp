@@ -10,18 +10,34 @@ constexpr int kGainSteps = 32;
 constexpr double kDeadBand = 0.2, kMostSaturated = 0.02;
 constexpr std::uint8_t kSaturated = 250;
 
+/// Of the first pixel of an even row, the byte that says most of its brightness: of colours the
+/// green one.
+std::size_t bright_byte(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8:
+    case PixelFormat::kBayerRggb8:
+    case PixelFormat::kBayerBggr8:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
 }  // namespace
 
 Brightness brightness_of(const FrameBuffers& pair, const FrameFacts& facts) {
   std::uint64_t sum = 0;
   std::uint64_t saturated = 0;
   std::uint64_t count = 0;
-  const std::size_t row = std::size_t{facts.width} * facts.channels;
+  const std::size_t pixel = bytes_per_pixel(facts.format);
+  if (pixel == 0) return {};
+  const std::size_t row = facts.width * pixel;
+  const std::size_t byte = bright_byte(facts.format);
   for (const std::uint8_t* image : {pair.left, pair.right})
     for (std::size_t y = 0; y < facts.height; y += 8)
       for (std::size_t x = 0; x < facts.width; x += 16) {
-        // Of colours the green: it is most of what is bright.
-        const std::uint8_t v = image[y * row + x * facts.channels + facts.channels / 2];
+        const std::uint8_t v = image[y * row + x * pixel + byte];
         sum += v;
         saturated += v >= kSaturated ? 1 : 0;
         ++count;

@@ -39,7 +39,11 @@ std::optional<TimeNs> time_of_name(std::string_view stem) {
 }
 
 FolderDevice::FolderDevice(FolderOptions options, const Clock& clock, const Clock& steady)
-    : options_(std::move(options)), clock_(clock), steady_(steady) {}
+    : options_(std::move(options)), clock_(clock), steady_(steady) {
+  // Whether they have colour only an image knows: readers must know us before the first one comes.
+  if (options_.rig)
+    image_bytes_ = std::size_t{3} * options_.rig->left.width * options_.rig->left.height;
+}
 
 Result<void> FolderDevice::open() {
   close();
@@ -155,7 +159,7 @@ Result<FolderDevice::State> FolderDevice::judge(Pair& pair, const FrameBuffers& 
       remark_ = pair.side[0].path + ": left and right differ in colour";
       return State::kRefused;
     }
-    if (left.width != right.width || left.height != right.height || left.bytes.size() > out.bytes) {
+    if (left.width != right.width || left.height != right.height) {
       dropped.add(Cause::kImageUnreadable);
       remark_ = pair.side[0].path + ": left and right differ in size";
       return State::kRefused;
@@ -198,11 +202,13 @@ Result<bool> FolderDevice::grab(const FrameBuffers& out, FrameFacts& facts,
       if (*state != State::kComplete) continue;
       const Image& left = *it->second.side[0].image;
       const Image& right = *it->second.side[1].image;
+      image_bytes_ = std::max(image_bytes_, left.bytes.size());
+      if (left.bytes.size() > out.bytes) return false;  // it waits for larger buffers
       facts.decode_ms = watch.ms();
       const Stopwatch fill;
       facts.width = left.width;
       facts.height = left.height;
-      facts.channels = left.channels;
+      facts.format = format_of_channels(left.channels);
       facts.exposure_time = time - options_.latency;
       std::memcpy(out.left, left.bytes.data(), left.bytes.size());
       std::memcpy(out.right, right.bytes.data(), right.bytes.size());

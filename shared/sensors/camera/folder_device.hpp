@@ -40,6 +40,7 @@ class FolderDevice final : public StereoDevice {
   void close() override;
   Result<bool> grab(const FrameBuffers& out, FrameFacts& facts, FrameSource::Deadline deadline,
                     DropCounts& dropped) override;
+  [[nodiscard]] std::size_t image_bytes() const override { return image_bytes_; }
   [[nodiscard]] std::string remark() const override { return remark_; }
   [[nodiscard]] bool reconnects_when_silent() const override { return false; }
 
@@ -72,6 +73,7 @@ class FolderDevice final : public StereoDevice {
   std::set<std::string> seen_[2];        ///< names at the last look
   std::map<std::string, Pair> waiting_;  ///< by name without extension
   std::uint64_t too_many_ = 0;           ///< pairs given up because too many waited
+  std::size_t image_bytes_ = 0;          ///< of the largest image that came
   std::string remark_;
 };
 

@@ -8,6 +8,7 @@
 #include "base/clock.hpp"
 #include "base/drop_counts.hpp"
 #include "base/result.hpp"
+#include "imaging/pixel_format.hpp"
 
 namespace crane {
 
@@ -21,8 +22,11 @@ struct FrameBuffers {
 
 /// What is said of the pair that was put there.
 struct FrameFacts {
-  std::uint32_t width = 0, height = 0, channels = 0;  ///< of each image; 1 mono, 3 BGR
-  TimeNs exposure_time = 0;                           ///< middle of the exposure, Unix epoch
+  std::uint32_t width = 0, height = 0;  ///< of each image [px]
+  PixelFormat format = PixelFormat::kMono8;
+  /// Of JPEG: bytes of each image; of all others they follow from format and size.
+  std::size_t left_bytes = 0, right_bytes = 0;
+  TimeNs exposure_time = 0;   ///< middle of the exposure, Unix epoch
   std::uint64_t stream = 0;   ///< one uninterrupted numbering; another one at each connection
   std::int64_t sequence = 0;  ///< from 0; a gap is a loss
   std::int64_t after = -1;    ///< as StereoFrame.after: -1 but for what is sent again
@@ -49,6 +53,9 @@ class FrameSource {
   /// Error: what asking again does not mend: the configuration, or a map that never answers.
   virtual Result<Next> next(const FrameBuffers& out, FrameFacts& facts, Deadline deadline) = 0;
 
+  /// Bytes of each image of the pairs that come, as far as known before they do, and no less than
+  /// any pair that did not fit; 0: not known.
+  [[nodiscard]] virtual std::size_t image_bytes() const { return 0; }
   /// What was lost or refused, by cause, since the start.
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }
   /// What is wrong now and what to do about it; empty: nothing.

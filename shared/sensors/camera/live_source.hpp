@@ -20,6 +20,7 @@ class LiveSource final : public FrameSource {
   ~LiveSource() override;
 
   Result<Next> next(const FrameBuffers& out, FrameFacts& facts, Deadline deadline) override;
+  [[nodiscard]] std::size_t image_bytes() const override { return device_->image_bytes(); }
 
   /// Connected without a pair for so long: said, and connected anew where that can help.
   static constexpr TimeNs kSilent = 5 * kNsPerSecond;

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-#include "recording/jpeg.hpp"
+#include "imaging/jpeg.hpp"
 
 namespace crane {
 namespace {
@@ -52,7 +52,7 @@ Result<void> split_jpeg(const std::uint8_t* frame, std::size_t bytes, std::uint3
     std::memcpy(out.left + y * row, from, row);
     std::memcpy(out.right + y * row, from + row, row);
   }
-  facts.channels = both->channels;
+  facts.format = format_of_channels(both->channels);
   return {};
 }
 
@@ -72,7 +72,7 @@ Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_
                  std::to_string(width) + " x " + std::to_string(height) + " pixels do not fit", ""};
   facts.width = width;
   facts.height = height;
-  facts.channels = 1;
+  facts.format = PixelFormat::kMono8;
   if (layout == PairLayout::kSideBySideJpeg)
     return split_jpeg(frame, bytes, width, height, name, out, facts);
   const std::size_t packed = packed_row(layout, width);

@@ -23,7 +23,7 @@ std::optional<std::size_t> frame_bytes(PairLayout layout, std::uint32_t width,
                                        std::uint32_t height);
 
 /// Puts the left and the right image of one frame into `out`, mono for all but colour JPEG.
-/// `row_bytes` of the frame as the driver says it; 0: without padding. Size and channels go to
+/// `row_bytes` of the frame as the driver says it; 0: without padding. Size and format go to
 /// `facts`. Error: WrongSize, BadData for a frame that is not `width` x `height` twice.
 Result<void> split_pair(PairLayout layout, const std::uint8_t* frame, std::size_t bytes,
                         std::uint32_t width, std::uint32_t height, std::size_t row_bytes,

@@ -24,6 +24,8 @@ class StereoDevice {
   /// Frames that the device numbered and never gave, between the last two grabbed pairs; not those
   /// that were left out here and counted.
   [[nodiscard]] virtual std::uint64_t missed() const { return 0; }
+  /// As FrameSource::image_bytes().
+  [[nodiscard]] virtual std::size_t image_bytes() const { return 0; }
   /// Whether connecting anew may wake it up.
   [[nodiscard]] virtual bool reconnects_when_silent() const { return true; }
   /// What deserves attention although pairs come; empty: nothing.

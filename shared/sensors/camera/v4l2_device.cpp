@@ -297,8 +297,9 @@ bool V4l2Device::use(const v4l2_buffer& b, const FrameBuffers& out, FrameFacts& 
     remark_ = split.error().text();
     return false;
   }
+  const std::uint32_t pixel = bytes_per_pixel(facts.format);
   for (const std::uint8_t* image : {out.left, out.right})
-    if (repeated_rows(image, facts.width, facts.height, facts.channels) > kMostRepeatedRows) {
+    if (repeated_rows(image, facts.width, facts.height, pixel) > kMostRepeatedRows) {
       dropped.add(Cause::kFrameCorrupt);
       remark_ =
           options_.path +
@@ -307,10 +308,10 @@ bool V4l2Device::use(const v4l2_buffer& b, const FrameBuffers& out, FrameFacts& 
     }
   if (options_.swap) {
     // The same picture, its halves named the other way round.
-    const std::size_t size = std::size_t{facts.width} * facts.height * facts.channels;
+    const std::size_t size = std::size_t{facts.width} * facts.height * pixel;
     std::swap_ranges(out.left, out.left + size, out.right);
   }
-  if (halves_swapped(out.left, out.right, facts.width, facts.height, facts.channels)) {
+  if (halves_swapped(out.left, out.right, facts.width, facts.height, pixel)) {
     dropped.add(Cause::kHalvesSwapped);
     remark_ = options_.path +
               ": left and right came the other way round -> if all frames do, set camera.swap";

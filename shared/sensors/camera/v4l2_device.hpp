@@ -50,6 +50,10 @@ class V4l2Device final : public StereoDevice {
   Result<bool> grab(const FrameBuffers& out, FrameFacts& facts, FrameSource::Deadline deadline,
                     DropCounts& dropped) override;
   [[nodiscard]] std::uint64_t missed() const override { return missed_; }
+  [[nodiscard]] std::size_t image_bytes() const override {
+    const bool may_have_colour = options_.layout == PairLayout::kSideBySideJpeg;
+    return std::size_t{options_.width} * options_.height * (may_have_colour ? 3 : 1);
+  }
   [[nodiscard]] std::string remark() const override { return remark_; }
 
  private:

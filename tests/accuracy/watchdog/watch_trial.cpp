@@ -58,8 +58,7 @@ Result<WatchOutcome> watch(const Recording& recording, const std::vector<Fault>&
     cloud.frame.cy_px = camera.cy_px;
     cloud.frame.baseline_m = camera.baseline_m;
     cloud.frame.sigma_disparity_px = StereoConfig{}.sigma_disparity_px;
-    auto rectified = stage->rectify({left->bytes.data(), right->bytes.data(), left->width,
-                                     left->height, left->channels, static_cast<int>(n)});
+    auto rectified = stage->rectify({left->view(), right->view(), static_cast<int>(n)});
     if (!rectified) return rectified.error();
     auto matched = stage->match({cloud.depth_m, cloud.confidence, cloud.colour});
     if (!matched) return matched.error();

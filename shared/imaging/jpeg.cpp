@@ -1,4 +1,4 @@
-#include "recording/jpeg.hpp"
+#include "imaging/jpeg.hpp"
 
 #include <csetjmp>
 #include <cstddef>
@@ -59,7 +59,7 @@ bool is_refined(const jpeg_decompress_struct& jpeg) {
 enum class Outcome { kDone, kTooLarge, kNotGreyOrColour, kNotRefined, kGaveUp };
 
 /// Nothing here has a destructor that a jump would leave out; `out` is the caller's.
-Outcome decode(jpeg_decompress_struct& jpeg, Said& said, const std::vector<std::uint8_t>& file,
+Outcome decode(jpeg_decompress_struct& jpeg, Said& said, std::span<const std::uint8_t> file,
                std::uint64_t max_pixels, Image& out) {
   if (setjmp(said.give_up) != 0) return Outcome::kGaveUp;  // NOLINT
   jpeg_create_decompress(&jpeg);
@@ -88,11 +88,19 @@ Outcome decode(jpeg_decompress_struct& jpeg, Said& said, const std::vector<std::
 
 }  // namespace
 
-bool is_jpeg(const std::vector<std::uint8_t>& file) {
+Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_t height,
+                      std::uint64_t max_pixels) {
+  return {ErrorCode::kBadData, name,
+          std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+              std::to_string(max_pixels) + " pixels fit a stereo frame",
+          "set the camera to 2448 x 2048 or less"};
+}
+
+bool is_jpeg(std::span<const std::uint8_t> file) {
   return file.size() > 4 && file[0] == 0xFF && file[1] == 0xD8;
 }
 
-Result<Image> decode_jpeg(const std::vector<std::uint8_t>& file, const std::string& name,
+Result<Image> decode_jpeg(std::span<const std::uint8_t> file, const std::string& name,
                           std::uint64_t max_pixels) {
   Said said;
   jpeg_decompress_struct jpeg{};
