@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 
 Result<void> serve(ServiceContext& context) {
   std::string why;
-  auto map = client::Map::join(client_options(context.config, "clearance"), why);
+  auto map = client::Map::join(context.participant->fast_dds(), map_options(context.config), why);
   if (!map)
     return Error{ErrorCode::kResource, "map", "cannot be followed: " + why,
                  "check dds in the configuration"};

@@ -19,6 +19,7 @@ Command add_evaluate_command(CLI::App& app);
 Command add_query_command(CLI::App& app);
 Command add_health_command(CLI::App& app);
 Command add_doctor_command(CLI::App& app);
+Command add_config_command(CLI::App& app);
 Command add_serve_command(CLI::App& app);
 Command add_status_command(CLI::App& app);
 Command add_zone_command(CLI::App& app);

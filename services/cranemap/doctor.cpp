@@ -30,7 +30,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Verdict = Finding::Verdict;
-using Network = DdsConfig::Network;
+using Network = NetworkSettings::Network;
 
 /// An address of this host and whether its interface is up and can multicast.
 struct Address {
@@ -88,11 +88,10 @@ class Examination {
                         ", crane " + std::to_string(config_.crane));
     interfaces();
     if (dds_.network == Network::kLocal || dds_.network == Network::kContainer) multicast();
-    if (dds_.shared_memory) shared_memory();
-    note("socket buffers",
-         dds::check_socket_buffers(static_cast<std::uint32_t>(dds_.udp_buffer_kib) << 10U),
-         "large enough", Verdict::kWarning);
-    note("UDP ports", dds::check_udp_ports(static_cast<std::uint32_t>(dds_.domain)),
+    if (dds_.uses_shared_memory()) shared_memory();
+    note("socket buffers", dds::check_socket_buffers(dds_.udp_buffer_kib << 10U), "large enough",
+         Verdict::kWarning);
+    note("UDP ports", dds::check_udp_ports(dds_.domain),
          "there are free ones in domain " + std::to_string(dds_.domain));
     names("dds.servers", dds_.servers);
     names("dds.peers", dds_.peers);
@@ -203,8 +202,7 @@ class Examination {
 
   void identity(const std::string& name) {
     const auto files = dds::check_security(
-        dds_.security,
-        {name, static_cast<std::uint32_t>(config_.crane), static_cast<std::uint32_t>(dds_.domain)});
+        dds_.security, {name, static_cast<std::uint32_t>(config_.crane), dds_.domain});
     if (!files)
       return bad(Verdict::kBad, "security", files.error().where + ": " + files.error().what,
                  files.error().todo);
@@ -220,7 +218,7 @@ class Examination {
   }
 
   const SiteConfig& config_;
-  const DdsConfig& dds_;
+  const NetworkSettings& dds_;
   bool said_ca_key_ = false;
   std::vector<Finding> findings_;
 };
@@ -235,7 +233,7 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
   std::vector<Finding> out;
   dds::Settings settings = to_settings(config, "dashboard");
   // Takes no shared memory away from those that need it.
-  if (settings.transport == dds::Transport::kAuto) settings.transport = dds::Transport::kUdp;
+  settings.shared_memory = false;
   auto observer = dds::NetworkObserver::create(settings);
   if (!observer)
     return {{Verdict::kBad, "joining", observer.error().where + ": " + observer.error().what,

@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
       {"status", crane::add_status_command(app)},
       {"health", crane::add_health_command(app)},
       {"doctor", crane::add_doctor_command(app)},
+      {"config", crane::add_config_command(app)},
       {"serve", crane::add_serve_command(app)},
       {"emulate-camera", crane::add_emulate_camera_command(app)},
       {"emulate", crane::add_emulate_command(app)},

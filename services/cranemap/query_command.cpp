@@ -132,7 +132,8 @@ Command add_query_command(CLI::App& app) {
       "query",
       "Ask a running map: how high is it there, or may the load go along that path?\n"
       "Example: cranemap query --at 0.75 0.55\n"
-      "Example: cranemap query --path 1.45,1.8,0.3 1.95,1.8,0.3 --load 0.3 0.3 0.2 --margin 0.1 0.1 "
+      "Example: cranemap query --path 1.45,1.8,0.3 1.95,1.8,0.3 --load 0.3 0.3 0.2 --margin 0.1 "
+      "0.1 "
       "--above 0.2\n"
       "Exit: 0 known or clear; 1 unknown, a lower bound, of too few views, or blocked; 2 input, 3 "
       "resource, 4 no answer.");

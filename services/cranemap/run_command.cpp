@@ -17,6 +17,7 @@
 #include "result_folder.hpp"
 #include "run_report.hpp"
 #include "service/client_options.hpp"
+#include "service/key_option.hpp"
 #include "service/play_clock.hpp"
 #include "service/run_service.hpp"
 #include "supervisor.hpp"
@@ -78,9 +79,9 @@ class Run {
       config_ = *read;
     }
     if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
-    if (options_.domain >= 0) config_.dds.domain = options_.domain;
+    if (options_.domain >= 0) config_.dds.domain = static_cast<std::uint32_t>(options_.domain);
     if (options_.network == "container") {
-      config_.dds.network = DdsConfig::Network::kContainer;
+      config_.dds.network = NetworkSettings::Network::kContainer;
       config_.dds.shared_memory = false;
     }
     if (!options_.method.empty()) {
@@ -116,7 +117,7 @@ class Run {
     if (!statuses) return statuses.error();
     statuses_.emplace(std::move(*statuses));
     std::string why;
-    map_ = client::Map::join(client_options(config_, "dashboard"), why);
+    map_ = client::Map::join((*participant)->fast_dds(), map_options(config_), why);
     if (!map_) return Error{ErrorCode::kResource, "DDS", why, ""};
 
     std::error_code failed;
@@ -328,7 +329,7 @@ class Run {
 
 void add_common(CLI::App& command, Options& o) {
   command.add_option("--voxel", o.voxel_m, "Voxel edge [m]; 0 = automatic")
-      ->check(CLI::Range(0.0, 2.0));
+      ->check(within<CLI::Range>("mapper.voxel_m", 0.0));
   command
       .add_option("--method", o.method,
                   "default, or paper: the 2021 paper's steps, matching included")
@@ -345,7 +346,7 @@ void add_common(CLI::App& command, Options& o) {
       "--config", o.config,
       "Site configuration (YAML) for all services; else site.yaml of the recording, if any");
   command.add_option("--domain", o.domain, "DDS domain, over that of --config")
-      ->check(CLI::Range(0, 232));
+      ->check(within<CLI::Range>("dds.domain", 0));
   command
       .add_option("--network", o.network,
                   "local (shared memory) or container (UDP only), over that of --config")

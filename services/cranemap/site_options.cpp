@@ -2,14 +2,16 @@
 
 #include <CLI/CLI.hpp>
 
+#include "service/key_option.hpp"
+
 namespace crane {
 
 void add_site_options(CLI::App& command, SiteOptions& o) {
   command.add_option("--config", o.config, "Site configuration (YAML)")->check(CLI::ExistingFile);
   command.add_option("--domain", o.domain, "DDS domain, over that of --config")
-      ->check(CLI::Range(0, 232));
+      ->check(within<CLI::Range>("dds.domain", 0));
   command.add_option("--crane", o.crane, "Crane number, over that of --config")
-      ->check(CLI::Range(1, 1'000'000));
+      ->check(within<CLI::Range>("crane", 0));
 }
 
 Result<SiteConfig> read_site(const SiteOptions& o) {
@@ -19,7 +21,7 @@ Result<SiteConfig> read_site(const SiteOptions& o) {
     if (!read) return read.error();
     config = *read;
   }
-  if (o.domain >= 0) config.dds.domain = o.domain;
+  if (o.domain >= 0) config.dds.domain = static_cast<std::uint32_t>(o.domain);
   if (o.crane >= 1) config.crane = o.crane;
   return config;
 }

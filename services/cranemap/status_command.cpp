@@ -47,13 +47,8 @@ void print(const client::Status& s, double lower_bounds) {
 
 /// What the mapper's watchdog measures, with standard deviations; as YAML. Who may not read that,
 /// by its permissions, is told so.
-void print_figures(const SiteConfig& site) {
-  dds::Settings settings = to_settings(site, "dashboard");
-  // Takes no shared memory away from those that need it.
-  if (settings.transport == dds::Transport::kAuto) settings.transport = dds::Transport::kUdp;
-  auto participant = dds::Participant::create(settings, "cranemap-status");
-  if (!participant) return log_warning("no figures: " + participant.error().text());
-  auto reader = dds::Reader<dds::ServiceStatusTopic>::create(*participant, nullptr);
+void print_figures(const std::shared_ptr<dds::Participant>& participant) {
+  auto reader = dds::Reader<dds::ServiceStatusTopic>::create(participant, nullptr);
   if (!reader) return log_warning("no figures: " + reader.error().text());
   dds::Reader<dds::ServiceStatusTopic>& statuses = *reader;
   v1::ServiceStatus mapper;
@@ -98,7 +93,13 @@ int status(const Options& options) {
     return exit_code(site.error());
   }
   std::string why;
-  const auto map = client::Map::join(client_options(*site, "dashboard"), why);
+  const auto participant =
+      dds::Participant::create(to_settings(*site, "dashboard"), "cranemap-status");
+  if (!participant) {
+    log_error(participant.error().text());
+    return exit_code(participant.error());
+  }
+  const auto map = client::Map::join((*participant)->fast_dds(), map_options(*site), why);
   if (!map) {
     log_error(why);
     return kExitResource;
@@ -114,7 +115,7 @@ int status(const Options& options) {
     s = map->status();
   }
   print(s, lower_bound_share(*map));
-  print_figures(*site);
+  print_figures(*participant);
   return good() ? kExitOk : kExitResource;
 }
 

@@ -78,7 +78,7 @@ int watch(const Options& options) {
   }
   auto statuses = dds::Reader<dds::ServiceStatusTopic>::create(*participant, &wakeup);
   std::string why;
-  const auto map = client::Map::join(client_options(config, "dashboard"), why);
+  const auto map = client::Map::join((*participant)->fast_dds(), map_options(config), why);
   if (!statuses || !map) {
     log_error(statuses ? why : statuses.error().text());
     return kExitResource;

@@ -82,7 +82,9 @@ int zone(const Options& options) {
                       "needs " + std::string(options.action == "set" ? "--file" : "--id"),
                       "see --help"});
   std::string why;
-  const auto map = client::Map::join(client_options(config, "operator"), why);
+  auto participant = dds::Participant::create(to_settings(config, "operator"), "cranemap-zone");
+  if (!participant) return fail(participant.error());
+  const auto map = client::Map::join((*participant)->fast_dds(), map_options(config), why);
   if (!map) return fail(Error{ErrorCode::kResource, "map", why, ""});
   if (!map->wait_until_complete(10s))
     return fail(Error{ErrorCode::kNotAvailable, "map",
@@ -95,8 +97,6 @@ int zone(const Options& options) {
   const auto crane = static_cast<std::uint32_t>(config.crane);
   auto commands = commands_of(options, crane);
   if (!commands) return fail(commands.error());
-  auto participant = dds::Participant::create(to_settings(config, "operator"), "cranemap-zone");
-  if (!participant) return fail(participant.error());
   auto writer = dds::Writer<dds::ZoneCommandTopic>::create(*participant);
   if (!writer) return fail(writer.error());
   std::random_device random;

@@ -42,8 +42,11 @@ Result<void> ZoneDesk::reload() {
   }
   SiteConfig rest = *read;
   rest.zones = context_->config.zones;
-  if (to_yaml(rest) != to_yaml(context_->config))
-    log_warning("SIGHUP: only zones are taken; what else changed needs a restart");
+  std::string changed;
+  for (const std::string& key : changed_keys(rest, context_->config))
+    changed += (changed.empty() ? "" : ", ") + key;
+  if (!changed.empty())
+    log_warning("SIGHUP: only zones are taken; what else changed needs a restart: " + changed);
   context_->config.zones = read->zones;
   if (auto done = book_->reload(read->zones); !done) log_warning(done.error().text());
   log_info("zones read again: " + std::to_string(read->zones.size()) + " in " +

@@ -11,6 +11,7 @@
 #include "ros2_messages.hpp"
 #include "service/client_options.hpp"
 #include "service/every.hpp"
+#include "service/key_option.hpp"
 #include "service/run_service.hpp"
 
 namespace crane {
@@ -39,7 +40,7 @@ class Mirror {
 
   Result<void> run() {
     std::string why;
-    map_ = client::Map::join(client_options(context_.config, "ros2_mirror"), why);
+    map_ = client::Map::join(context_.participant->fast_dds(), map_options(context_.config), why);
     if (!map_) return Error{ErrorCode::kResource, "map", "cannot be followed: " + why, ""};
     if (auto made = make_endpoints(); !made) return made;
     log_info("mirrors crane " + std::to_string(crane()) + " as /crane_" + std::to_string(crane()) +
@@ -69,7 +70,7 @@ class Mirror {
   Result<void> make_endpoints() {
     dds::Settings settings = context_.participant->settings();
     settings.partition = false;
-    settings.transport = dds::Transport::kUdp;  // what every vendor understands
+    settings.shared_memory = false;  // what every vendor understands
     if (!settings.security.empty()) {
       if (options_.ros_domain < 0 || options_.ros_domain == static_cast<int>(settings.domain))
         return Error{ErrorCode::kConfiguration, "--ros-domain",
@@ -269,7 +270,7 @@ int run_ros2_mirror(int argc, char** argv) {
                        "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml")
             ->required();
         app.add_option("--ros-domain", options.ros_domain, "ROS_DOMAIN_ID; without it dds.domain")
-            ->check(CLI::Range(0, 232));
+            ->check(within<CLI::Range>("dds.domain", 0));
         app.add_option("--cloud-step", options.cloud_step,
                        "points: every n-th pixel of every n-th row")
             ->check(CLI::Range(1, 32))

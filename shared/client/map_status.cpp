@@ -41,6 +41,10 @@ Status status_of(const MapFollower& follower) {
   out.zones_revision = follower.zones_revision();
   out.samples_refused = follower.refused();
   out.resyncs = follower.resyncs();
+  if (follower.ended()) {
+    out.reason = "the participant that was given to join() ended before the map did";
+    return out;
+  }
   if (!follower.said()) {
     out.reason = "no mapper heard yet";
     return out;

@@ -1,33 +1,12 @@
 #include "config/camera_config.hpp"
 
-#include <sstream>
-#include <vector>
-
+#include "config/key.hpp"
 #include "config/yaml_reader.hpp"
-#include "config/yaml_text.hpp"
 
 namespace crane {
 namespace {
 
 using Source = CameraConfig::Source;
-
-// As the enums of CameraConfig count.
-const std::vector<std::string> kSources = {"recording", "folder", "v4l2", "genicam", "gstreamer"};
-const std::vector<std::string> kLayouts = {"yuyv", "grey", "y8i", "jpeg"};
-const std::vector<std::string> kPairBy = {"time", "number"};
-const std::vector<std::string> kStamps = {"camera", "chunk", "arrival"};
-
-template <class Choice>
-void choose(YamlReader& y, const char* key, const std::vector<std::string>& names, Choice& value) {
-  int index = static_cast<int>(value);
-  y.choice(key, names, index);
-  value = static_cast<Choice>(index);
-}
-
-template <class Choice>
-const std::string& name_of(const std::vector<std::string>& names, Choice value) {
-  return names[static_cast<std::size_t>(value)];
-}
 
 void check_source(YamlReader& y, const CameraConfig& c) {
   if (c.source == Source::kFolder && c.path.empty())
@@ -74,63 +53,57 @@ void check_pair(YamlReader& y, const CameraConfig& c) {
     y.problem("pair_within_ms", "must be less than the time between two pictures");
 }
 
-}  // namespace
-
-void read_camera(YamlReader y, CameraConfig& c) {
-  choose(y, "source", kSources, c.source);
-  y.text("path", c.path);
-  y.integer("latency_ms", c.latency_ms, -1000, 1000);
-  y.flag("remove", c.remove);
-  choose(y, "layout", kLayouts, c.layout);
-  y.flag("swap", c.swap);
-  y.integer("width", c.width, 16, 8192);
-  y.integer("height", c.height, 16, 8192);
-  y.integer("rate_hz", c.rate_hz, 1, 240);
-  y.integer("exposure_100us", c.exposure_100us, 0, 100'000);
-  y.integer("gain", c.gain, -1, 100'000);
-  y.integer("brightness", c.brightness, 0, 200);
+void check(YamlReader& y, const CameraConfig& c) {
   if (c.brightness > 0 && c.exposure_100us == 0)
     y.problem("brightness", "needs exposure_100us, the longest that motion allows");
   if (c.brightness > 0 && c.source != Source::kV4l2) y.problem("brightness", "is for source: v4l2");
-  y.text("right", c.right);
-  choose(y, "pair_by", kPairBy, c.pair_by);
-  y.number("pair_within_ms", c.pair_within_ms, 0, 1000);
-  y.text("pixel_format", c.pixel_format);
-  y.text("trigger", c.trigger);
-  choose(y, "stamps", kStamps, c.stamps);
-  y.flag("ptp", c.ptp);
-  y.text("pipeline", c.pipeline);
-  y.flag("for_viewing", c.for_viewing);
   check_source(y, c);
   check_pair(y, c);
 }
 
-std::string to_yaml(const CameraConfig& c) {
-  const auto flag = [](bool value) { return value ? "true" : "false"; };
-  std::ostringstream s;
-  s << "camera:\n"
-    << "  source: " << name_of(kSources, c.source) << "\n"
-    << "  path: " << yaml_quoted(c.path) << "\n"
-    << "  latency_ms: " << c.latency_ms << "\n"
-    << "  remove: " << flag(c.remove) << "\n"
-    << "  layout: " << name_of(kLayouts, c.layout) << "\n"
-    << "  swap: " << flag(c.swap) << "\n"
-    << "  width: " << c.width << "\n"
-    << "  height: " << c.height << "\n"
-    << "  rate_hz: " << c.rate_hz << "\n"
-    << "  exposure_100us: " << c.exposure_100us << "\n"
-    << "  gain: " << c.gain << "\n"
-    << "  brightness: " << c.brightness << "\n"
-    << "  right: " << yaml_quoted(c.right) << "\n"
-    << "  pair_by: " << name_of(kPairBy, c.pair_by) << "\n"
-    << "  pair_within_ms: " << yaml_exact(c.pair_within_ms) << "\n"
-    << "  pixel_format: " << yaml_quoted(c.pixel_format) << "\n"
-    << "  trigger: " << yaml_quoted(c.trigger) << "\n"
-    << "  stamps: " << name_of(kStamps, c.stamps) << "\n"
-    << "  ptp: " << flag(c.ptp) << "\n"
-    << "  pipeline: " << yaml_quoted(c.pipeline) << "\n"
-    << "  for_viewing: " << flag(c.for_viewing) << "\n";
-  return s.str();
+}  // namespace
+
+void keys(KeyVisitor& v, CameraConfig& c) {
+  v.choice({"source", "where pairs come from; a recording is named on the command line"}, c.source,
+           {"recording", "folder", "v4l2", "genicam", "gstreamer"});
+  v.text({"path",
+          "folder: has left/ and right/, where images appear; v4l2: the camera's node, such as "
+          "/dev/v4l/by-id/...; genicam: its address or id"},
+         c.path);
+  v.integer({"latency_ms", "subtracted from the camera's times"}, c.latency_ms, {-1000, 1000});
+  v.flag({"remove", "folder: files are deleted once read"}, c.remove);
+  v.choice({"layout", "v4l2: of a frame; both images side by side, of y8i interleaved"}, c.layout,
+           {"yuyv", "grey", "y8i", "jpeg"});
+  v.flag({"swap", "of one camera: the right image comes first"}, c.swap);
+  v.integer(Key("width", "of a live camera: of each image").in("px"), c.width, {16, 8192});
+  v.integer(Key("height", "of a live camera: of each image").in("px"), c.height, {16, 8192});
+  v.integer({"rate_hz", "v4l2, genicam: frames a second"}, c.rate_hz, {1, 240});
+  v.integer(
+      {"exposure_100us", "v4l2, genicam: the exposure, or the longest; 0: the camera decides"},
+      c.exposure_100us, {0, 100'000});
+  v.integer({"gain", "v4l2, genicam: as the camera counts it; -1: as it is"}, c.gain,
+            {-1, 100'000});
+  v.integer({"brightness",
+             "v4l2: mean grey level that is kept by exposure, up to exposure_100us, and gain; 0: "
+             "not"},
+            c.brightness, {0, 200});
+  v.text({"right", "v4l2, genicam: the right one of two cameras, as path, which is the left one"},
+         c.right);
+  v.choice({"pair_by", "two cameras: what says that images are of one exposure"}, c.pair_by,
+           {"time", "number"});
+  v.number(Key("pair_within_ms", "two cameras: their times differ by no more")
+               .by_default("0: a quarter of the period"),
+           c.pair_within_ms, {0, 1000});
+  v.text({"pixel_format", "genicam: as the camera names it"}, c.pixel_format);
+  v.text({"trigger", "genicam: off, software, or the line that triggers, such as Line0"},
+         c.trigger);
+  v.choice({"stamps", "genicam: what says when a picture was taken"}, c.stamps,
+           {"camera", "chunk", "arrival"});
+  v.flag({"ptp", "genicam: keep the camera's clock in step by PTP"}, c.ptp);
+  v.text({"pipeline", "gstreamer: as for gst-launch-1.0, ending in appsink"}, c.pipeline);
+  v.flag({"for_viewing", "gstreamer: pictures without capture times are published, never mapped"},
+         c.for_viewing);
+  if (YamlReader* y = v.reading(); y != nullptr) check(*y, c);
 }
 
 }  // namespace crane

@@ -14,9 +14,9 @@ constexpr std::size_t plc_bytes(PlcNumber type) {
                                                                    : 4;
 }
 
-/// device: telegram. Offsets in bytes.
+/// device: telegram.
 struct PlcTelegramConfig {
-  int length = 0;  ///< 1..512
+  int length = 0;
   int value_offset = 0;
   PlcNumber value_type = PlcNumber::kInt32;
   int heartbeat_offset = -1;  ///< -1 = none
@@ -26,7 +26,7 @@ struct PlcTelegramConfig {
   bool datagrams = false;  ///< by its port
 };
 
-/// device: modbus. Registers as the protocol counts them, from 0.
+/// device: modbus.
 struct ModbusConfig {
   int unit = 1;
   int value_register = 0;
@@ -36,7 +36,7 @@ struct ModbusConfig {
   int heartbeat_register = -1;  ///< -1 = none
 };
 
-/// A rangefinder, or a PLC that knows the position, connected to this host.
+/// Of list `rangefinders`: a rangefinder, or a PLC that knows the position, connected to this host.
 struct RangefinderConfig {
   enum class Axis { kCart, kTrolley };
   enum class Device {
@@ -53,18 +53,17 @@ struct RangefinderConfig {
   };
   Axis axis = Axis::kCart;
   Device device = Device::kText;
-  /// "/dev/ttyUSB0", "tcp://host:port", or "udp://host:port": datagrams of that host on our port.
   std::string port;
-  int baud = 0;          ///< 0 = as it leaves its maker
-  char parity = 0;       ///< N, E, O; 0 = likewise
-  bool polled = false;   ///< mode: stream | poll
-  int interval_ms = 50;  ///< of questions; 5..10'000
-  double unit_m = 0;     ///< of one count; 0 = as it leaves its maker
-  double scale = 1;      ///< of its distances, found by calibration; 0.9..1.1
+  int baud = 0;     ///< 0 = as it leaves its maker
+  char parity = 0;  ///< N, E, O; 0 = likewise
+  bool polled = false;
+  int interval_ms = 50;
+  double unit_m = 0;  ///< 0 = as it leaves its maker
+  double scale = 1;
   double accuracy_m = 0.005;
-  double min_m = 0.05, max_m = 300;  ///< of a reading; outside it is refused
-  int silence_ms = 500;              ///< no telegram for longer: failed, connected anew
-  std::string question;              ///< device: text; empty = it streams
+  double min_m = 0.05, max_m = 300;
+  int silence_ms = 500;
+  std::string question;
   PlcTelegramConfig telegram;
   ModbusConfig modbus;
 };
@@ -73,9 +72,8 @@ struct RangefinderConfig {
 const std::string& device_name(RangefinderConfig::Device device);
 const std::string& axis_name(RangefinderConfig::Axis axis);
 
-class YamlReader;
-/// Of the sequence `rangefinders`. Problems are told to the reader.
-std::vector<RangefinderConfig> read_rangefinders(YamlReader& file);
-std::string to_yaml(const std::vector<RangefinderConfig>& rangefinders);
+class KeyVisitor;
+/// All of them: what one must be, and what two may not have in common.
+void keys(KeyVisitor& v, std::vector<RangefinderConfig>& rangefinders);
 
 }  // namespace crane

@@ -2,11 +2,13 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <optional>
 #include <set>
 #include <sstream>
 
 #include "base/read_file.hpp"
+#include "config/nearest_name.hpp"
 #include "config/yaml_strict.hpp"
 
 namespace crane {
@@ -223,18 +225,23 @@ void YamlReader::texts(const std::string& key, std::vector<std::string>& out) {
     out = std::move(*value);
 }
 
-void YamlReader::choice(const std::string& key, const std::vector<std::string>& choices, int& out) {
-  const auto value = impl_->read(key, "a text", false, plain_text);
-  if (!value) return;
+bool YamlReader::choice(const std::string& key, const std::vector<std::string>& choices, int& out,
+                        bool required) {
   std::string all;
-  for (std::size_t i = 0; i < choices.size(); ++i) {
-    if (choices[i] == *value) {
-      out = static_cast<int>(i);
-      return;
-    }
-    all += (i > 0 ? ", " : "") + choices[i];
+  for (const std::string& choice : choices) all += (all.empty() ? "" : ", ") + choice;
+  if (required && !has(key)) {
+    problem(key, "is missing; one of: " + all);
+    return false;
   }
-  problem(key, "'" + *value + "' is none of: " + all);
+  if (!has(key)) return true;
+  const auto value = impl_->read(key, "a text", false, plain_text);
+  if (!value) return false;
+  const auto found = std::find(choices.begin(), choices.end(), *value);
+  if (found == choices.end())
+    problem(key, "'" + *value + "' is none of: " + all);
+  else
+    out = static_cast<int>(found - choices.begin());
+  return found != choices.end();
 }
 
 void YamlReader::numbers(const std::string& key, std::vector<double>& out, std::size_t count,
@@ -264,8 +271,8 @@ void YamlReader::ignore(const std::string& key) {
 
 void YamlReader::problem(const std::string& key, const std::string& what) {
   const YAML::Node value = impl_->get(key);
-  impl_->shared->add(value.IsDefined() ? value.Mark().line : -1,
-                     "'" + impl_->full(key) + "' " + what);
+  const YAML::Node& at = value.IsDefined() ? value : impl_->node;
+  impl_->shared->add(at.IsDefined() ? at.Mark().line : -1, "'" + impl_->full(key) + "' " + what);
 }
 
 Result<void> YamlReader::finish() {
@@ -277,9 +284,11 @@ Result<void> YamlReader::finish() {
       if (known->contains(key)) continue;
       std::string all;
       for (const std::string& k : *known) all += (all.empty() ? "" : ", ") + k;
+      const std::string meant = nearest_name(key, *known);
       shared.add(entry.first.Mark().line, "unknown key '" +
-                                              (path.empty() ? key : path + "." + key) +
-                                              "' (known here: " + all + ")");
+                                              (path.empty() ? key : path + "." + key) + "' (" +
+                                              (meant.empty() ? "" : "'" + meant + "' is meant? ") +
+                                              "known here: " + all + ")");
     }
   shared.maps.clear();
   if (shared.problems.empty()) return {};

@@ -34,8 +34,9 @@ class YamlReader {
   void flag(const std::string& key, bool& out);
   void text(const std::string& key, std::string& out, bool required = false);
   void texts(const std::string& key, std::vector<std::string>& out);
-  /// One of `choices`; `out` becomes its index.
-  void choice(const std::string& key, const std::vector<std::string>& choices, int& out);
+  /// One of `choices`; `out` becomes its index. False: it is none of them, or missing.
+  bool choice(const std::string& key, const std::vector<std::string>& choices, int& out,
+              bool required = false);
   /// Exactly `count` finite numbers.
   void numbers(const std::string& key, std::vector<double>& out, std::size_t count,
                bool required = false);
@@ -46,7 +47,7 @@ class YamlReader {
   [[nodiscard]] bool has(const std::string& key) const;
   /// Known, but of no use to us: not a problem.
   void ignore(const std::string& key);
-  /// Any problem the caller finds, at this key's line.
+  /// Any problem the caller finds, at this key's line; of a key that is not there, its section's.
   void problem(const std::string& key, const std::string& what);
 
   /// Unknown keys and all problems so far, of this reader and its sections.

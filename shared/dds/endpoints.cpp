@@ -165,7 +165,8 @@ struct Reader<Topic>::Impl : fdds::DataReaderListener {
       writers.erase(who);
   }
   ~Impl() override {
-    if (reader == nullptr) return;
+    if (participant->impl().hosted && wakeup != nullptr) participant->impl().bell.remove(wakeup);
+    if (reader == nullptr || participant->ended()) return;
     reader->set_listener(nullptr);
     participant->impl().subscriber->delete_datareader(reader);
   }
@@ -189,6 +190,7 @@ Result<Reader<Topic>> Reader<Topic>::create(const std::shared_ptr<Participant>& 
   auto impl = std::make_unique<Impl>();
   impl->participant = participant;
   impl->wakeup = wakeup;
+  if (participant->impl().hosted && wakeup != nullptr) participant->impl().bell.add(wakeup);
   fdds::DataReaderQos qos;
   apply(Topic::kQos, participant->impl().zero_copy, qos);
   if constexpr (kInPlace<Type>) take_memory_as_needed(qos);

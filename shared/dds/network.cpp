@@ -91,14 +91,14 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
   auto& transports = qos.transport().user_transports;
   qos.transport().use_builtin_transports = false;
   auto udp = std::make_shared<ert::UDPv4TransportDescriptor>();
-  udp->sendBufferSize = settings.udp_buffer_bytes;
-  udp->receiveBufferSize = settings.udp_buffer_bytes;
+  udp->sendBufferSize = settings.udp_buffer_kib << 10U;
+  udp->receiveBufferSize = settings.udp_buffer_kib << 10U;
   udp->interfaceWhiteList = settings.interfaces;
   udp->maxInitialPeersRange = kParticipantsPerHost;
   transports.push_back(udp);
-  if (settings.transport != Transport::kUdp) {
+  if (settings.uses_shared_memory()) {
     auto shm = std::make_shared<ert::SharedMemTransportDescriptor>();
-    shm->segment_size(settings.shm_segment_bytes);
+    shm->segment_size(settings.shm_segment_mib << 20U);
     shm->port_queue_capacity(1024);
     shm->healthy_check_timeout_ms(150);
     transports.push_back(shm);
@@ -124,7 +124,7 @@ Result<void> set_network(eprosima::fastdds::dds::DomainParticipantQos& qos,
   unicast.kind = LOCATOR_KIND_UDPv4;
   builtin.metatrafficUnicastLocatorList.push_back(unicast);
   if (!settings.servers.empty()) return set_servers(settings, qos.wire_protocol());
-  if (!settings.multicast) return {};
+  if (settings.network == Settings::Network::kPlant) return {};
   rtps::Locator_t multicast;
   multicast.kind = LOCATOR_KIND_UDPv4;
   IPLocator::setIPv4(multicast, "239.255.0.1");

@@ -18,6 +18,7 @@
 #include "base/log.hpp"
 #include "base/read_file.hpp"
 #include "dds/host_checks.hpp"
+#include "dds/hosted.hpp"
 #include "dds/in_place_type.hpp"
 #include "dds/network.hpp"
 #include "dds/participant_impl.hpp"
@@ -175,7 +176,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
   impl->settings = settings;
   impl->zero_copy = zero_copy(settings);
 
-  if (settings.transport != Transport::kUdp) {
+  if (settings.uses_shared_memory()) {
     const auto removed = remove_stale_segments();
     if (removed > 0)
       log_info("removed " + std::to_string(removed) + " shared-memory files of dead processes");
@@ -192,7 +193,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
     auto expires = set_security(qos, settings);
     if (!expires) return expires.error();
     impl->certificate_expires = *expires;
-    if (auto buffers = check_socket_buffers(settings.udp_buffer_bytes); !buffers)
+    if (auto buffers = check_socket_buffers(settings.udp_buffer_kib << 10U); !buffers)
       log_warning(buffers.error().text());
   }
   if (auto ports = check_udp_ports(settings.domain); !ports) return ports.error();
@@ -211,7 +212,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
                  "Fast DDS could not join: no such interface, no socket, or no shared memory",
                  "see its message above; check dds.interfaces against 'ip address', and 'ulimit'"};
   // It goes on without the port it cannot make, deaf to everybody on this host.
-  if (settings.transport != Transport::kUdp && settings.profile_file.empty() &&
+  if (settings.uses_shared_memory() && settings.profile_file.empty() &&
       !is_port_open(impl->shm_port.number)) {
     impl->participant->set_listener(nullptr);
     factory->delete_participant(impl->participant);
@@ -225,7 +226,7 @@ Result<std::shared_ptr<Participant>> Participant::create(
   impl->guard->has_self = true;
   std::ostringstream prefix;  // as Fast DDS writes it into the names of its segments
   prefix << impl->participant->guid().guidPrefix;
-  if (settings.transport != Transport::kUdp) impl->segments = mark_segments(prefix.str());
+  if (settings.uses_shared_memory()) impl->segments = mark_segments(prefix.str());
 
   const std::string partition = "crane_" + std::to_string(settings.crane);
   fdds::PublisherQos publisher_qos;
@@ -240,7 +241,8 @@ Result<std::shared_ptr<Participant>> Participant::create(
 }
 
 Participant::~Participant() {
-  if (impl_->participant == nullptr) return;
+  if (impl_->hosted) leave_host(*impl_, ended());
+  if (impl_->hosted || impl_->participant == nullptr) return;
   impl_->participant->set_listener(nullptr);
   impl_->participant->delete_contained_entities();
   fdds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);

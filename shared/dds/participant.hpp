@@ -8,8 +8,9 @@
 #include "dds/settings.hpp"
 
 namespace eprosima::fastdds::dds {
+class DomainParticipant;
 class DomainParticipantListener;
-}
+}  // namespace eprosima::fastdds::dds
 
 namespace crane::dds {
 
@@ -29,6 +30,13 @@ class Participant {
   static Result<std::shared_ptr<Participant>> create(
       const Settings& settings, const std::string& name,
       eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
+  /// Room for readers and writers of a crane within a participant that is there already, in this
+  /// process. Nothing of it is changed: what is made within it goes with what is returned, its
+  /// listeners hear nothing of it, and it is guarded as far as whoever made it took care of that.
+  /// It has to outlive what is returned: ended() says when it did not.
+  /// Error: Configuration when it is not enabled, Resource.
+  static Result<std::shared_ptr<Participant>> within(
+      eprosima::fastdds::dds::DomainParticipant& host, std::uint32_t crane);
   ~Participant();
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
@@ -38,6 +46,12 @@ class Participant {
   [[nodiscard]] TimeNs certificate_expires() const;
   /// Datagrams that were refused before Fast DDS saw them.
   [[nodiscard]] std::uint64_t refused_datagrams() const;
+
+  /// Of one made by within(): the host, or what was made in it, was deleted before this was. No
+  /// reader or writer may be used any more; they may be destroyed.
+  [[nodiscard]] bool ended() const;
+  /// For within().
+  [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& fast_dds() const;
 
   struct Impl;
   [[nodiscard]] Impl& impl() const { return *impl_; }

@@ -256,8 +256,9 @@ bool use_segment(const char* name, int file) {
 std::uint64_t shared_memory_needed(const Settings& settings) {
   /// Nine frames and five clouds of full size in data-sharing pools.
   constexpr std::uint64_t kZeroCopyBytes = 88U << 20U;
-  if (settings.transport == Transport::kUdp) return 0;
-  return settings.shm_segment_bytes + (zero_copy(settings) ? kZeroCopyBytes : 0);
+  if (!settings.uses_shared_memory()) return 0;
+  return (std::uint64_t(settings.shm_segment_mib) << 20U) +
+         (zero_copy(settings) ? kZeroCopyBytes : 0);
 }
 
 Result<void> check_shared_memory(std::uint64_t needed, const std::string& directory) {

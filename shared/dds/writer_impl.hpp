@@ -82,16 +82,40 @@ void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
     qos.data_sharing().off();
 }
 
+/// Registered by us, now or before: within a host somebody else's may be there.
+template <class Type>
+Result<std::string> type_of(Participant::Impl& p) {
+  fdds::TypeSupport type(new Type());
+  const std::string name = type.get_type_name();
+  const fdds::TypeSupport there = p.participant->find_type(name);
+  if (!there.empty() && dynamic_cast<const Type*>(there.get()) == nullptr)
+    return Error{ErrorCode::kConfiguration, "the participant that is given",
+                 "has a type '" + name + "' of its own, which malformed samples could break",
+                 "give a participant that does not use that topic, or none"};
+  if (there.empty()) {
+    type.register_type(p.participant);
+    p.types.insert(name);
+  }
+  return name;
+}
+
 template <class Topic>
 Result<fdds::Topic*> topic_of(Participant::Impl& p, const std::string& name) {
+  using Type = GuardedType<typename Support<typename Topic::Type>::PubSubType>;
   const std::lock_guard lock(p.mutex);
   fdds::Topic*& topic = p.topics[name];
-  if (topic == nullptr) {
-    fdds::TypeSupport type(new GuardedType<typename Support<typename Topic::Type>::PubSubType>());
-    type.register_type(p.participant);
-    topic = p.participant->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
-  }
+  if (topic != nullptr) return topic;
+  const auto type = type_of<Type>(p);
+  if (!type) return type.error();
+  // Another map within the same host, or the host itself, may have it.
+  topic = p.participant->lookup_topicdescription(name) != nullptr
+              ? p.participant->find_topic(name, Duration_t(0.0))
+              : p.participant->create_topic(name, *type, fdds::TOPIC_QOS_DEFAULT);
   if (topic == nullptr) return Error{ErrorCode::kResource, name, "the topic could not be made", ""};
+  if (topic->get_type_name() != *type)
+    return Error{ErrorCode::kConfiguration, name,
+                 "is a topic of type '" + topic->get_type_name() + "' in the participant given",
+                 "give a participant that does not use that topic, or none"};
   return topic;
 }
 
@@ -150,7 +174,7 @@ struct Writer<Topic>::Impl : fdds::DataWriterListener {
                 policy_name(status.last_policy_id) + " does not fit; see 'cranemap doctor'");
   }
   ~Impl() override {
-    if (writer == nullptr) return;
+    if (writer == nullptr || participant->ended()) return;
     if (Topic::kQos.zero_copy && participant->impl().zero_copy && matched > 0) {
       // Readers look into our memory, and Fast DDS unmaps it there the moment we are gone: let them
       // take what is there, and use it. (A killed writer is noticed after its lease of 5 s.)

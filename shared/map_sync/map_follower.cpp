@@ -80,6 +80,12 @@ std::vector<TileKey> MapFollower::step() noexcept {
 }
 
 std::vector<TileKey> MapFollower::take_all() {
+  if (ended_) return {};
+  if (participant_->ended()) {
+    const std::unique_lock lock(mutex);
+    ended_ = true;
+    return {};
+  }
   // First who is to be believed, and of what map. What nobody is believed for is taken as well, or
   // DDS would keep it, without a bound that is worth the name.
   while (const auto status = status_reader_.take()) take_status(*status);

@@ -54,6 +54,8 @@ class MapFollower {
   [[nodiscard]] bool lately_complete() const;
   /// Why what is held cannot be relied on, whatever the mapper says; empty: it can.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  /// The participant was deleted before this was: nothing arrives any more.
+  [[nodiscard]] bool ended() const { return ended_; }
   /// How much later it is here than at the mapper [s], by its last heartbeat.
   [[nodiscard]] double clock_offset_s() const { return clock_offset_s_; }
   [[nodiscard]] std::uint64_t refused() const { return refused_; }  ///< samples
@@ -99,6 +101,7 @@ class MapFollower {
   Steady::time_point said_at_{}, complete_at_{};
   std::uint64_t refused_ = 0, resyncs_ = 0;
   std::string trouble_;
+  bool ended_ = false;
 
   // Of the stepping thread only.
   dds::ParticipantId believed_{};  ///< who wrote the last heartbeat

@@ -89,22 +89,29 @@ void OccupancyMap::mark_changed(Tile& tile) {
 }
 
 bool OccupancyMap::observe_surface(Block& block, int index, int voxel_z, double height_m,
-                                   std::uint8_t r, std::uint8_t g, std::uint8_t b) {
+                                   std::uint8_t r, std::uint8_t g, std::uint8_t b, double share) {
   auto* const surfaces = layer(block, static_cast<std::size_t>(index / kTileColumns));
   if (surfaces == nullptr) return false;
   Surface& s = (*surfaces)[static_cast<std::size_t>(index % kTileColumns)];
-  const double offset = std::clamp((height_m - centre(voxel_z)) / (0.5 * voxel_m_), -1.0, 1.0);
-  // A running mean over at most 32 observations: older ones fade.
+  const double offset = 127 * (height_m - centre(voxel_z)) / (0.5 * voxel_m_);
+  // A running mean over at most 32 observations: older ones fade. The first certain one begins it
+  // anew.
   const int n = std::min<int>(s.weight, 31);
   const int before = s.offset;
-  s.offset = static_cast<std::int8_t>(std::floor((s.offset * n + 127 * offset) / (n + 1) + 0.5));
+  if (share == kAlike) {
+    share = s.certain != 0 ? 1.0 / (n + 1) : 1;
+    s.certain = 1;
+  }
+  if (n == 0) share = 1;
+  s.offset = static_cast<std::int8_t>(
+      std::floor(std::clamp(before + share * (offset - before), -127.0, 127.0) + 0.5));
   const auto blend = [n](int old, int now) {
     return static_cast<std::uint8_t>((old * n + now + (n + 1) / 2) / (n + 1));
   };
   s.r = blend(s.r, r);
   s.g = blend(s.g, g);
   s.b = blend(s.b, b);
-  s.weight = static_cast<std::uint8_t>(n + 1);
+  s.weight = static_cast<std::uint8_t>((n + 1) & 0x7F);
   return n == 0 || std::abs(s.offset - before) * voxel_m_ / 254 > 1e-3;
 }
 

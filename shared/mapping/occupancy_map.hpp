@@ -46,8 +46,9 @@ constexpr Occupancy classify(int log_odds) {
 
 /// What is known of the surface inside an occupied voxel.
 struct Surface {
-  std::int8_t offset = 0;   ///< mean height of the points, 1/127 of half a voxel from its centre
-  std::uint8_t weight = 0;  ///< observations, saturating
+  std::int8_t offset = 0;  ///< mean height of the points, 1/127 of half a voxel from its centre
+  std::uint8_t weight : 7 = 0;   ///< observations, saturating
+  std::uint8_t certain : 1 = 0;  ///< one of them at least was as certain as half a voxel
   std::uint8_t r = 0, g = 0, b = 0;
 };
 
@@ -144,8 +145,10 @@ class OccupancyMap {
   /// Merges one frame's mean height (map z) and colour into the surface of a voxel. True when that
   /// moved it by more than a millimetre.
   /// Without room for it nothing is merged, and the voxel's centre stands for its surface.
+  /// `share`: of the mean, that this sighting makes; kAlike: as much as each certain one before.
   bool observe_surface(Block& block, int index, int voxel_z, double height_m, std::uint8_t r,
-                       std::uint8_t g, std::uint8_t b);
+                       std::uint8_t g, std::uint8_t b, double share = kAlike);
+  static constexpr double kAlike = -1;
   /// Height of the surface in an occupied voxel [m].
   [[nodiscard]] double surface_height_m(const Block& block, int index, int voxel_z) const;
 

@@ -6,19 +6,20 @@
 
 #include "base/two_threads.hpp"
 #include "mapping/freeing.hpp"
+#include "mapping/sighting.hpp"
 
 namespace crane {
 namespace {
 
 static_assert(kCube == kFreeCube);
-/// A surface less certain than this share of a voxel joins one that is there, within this many
-/// sigmas.
-constexpr double kUncertain = 0.5, kJoin = 2;
 /// What comes by itself is not higher, nor than this share of the camera's height: where nothing
 /// matches any more, free space below is taken back, and above it stays.
 constexpr double kArrivals_m = 3, kArrivalsShare = 1.0 / 3;
-constexpr int kHitLeast = 7;  ///< three of them are believed
-constexpr int kJoinMax = 8;   ///< voxels
+
+/// Of its column: they come column by column, from below.
+bool is_highest(const std::vector<SurfaceHit>& hits, std::size_t i) {
+  return i + 1 == hits.size() || hits[i + 1].x != hits[i].x || hits[i + 1].y != hits[i].y;
+}
 
 }  // namespace
 
@@ -79,7 +80,7 @@ std::uint64_t ProjectiveIntegrator::apply_all(const std::vector<SurfaceHit>& hit
            1U) != half)
         continue;
       for (std::size_t i = run.begin; i < run.end; ++i)
-        occupied += apply(hits[i], time, *run.tile, map) ? 1 : 0;
+        occupied += apply(hits[i], is_highest(hits, i), time, *run.tile, map) ? 1 : 0;
     }
     return occupied;
   };
@@ -279,26 +280,12 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
   return freed;
 }
 
-bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
+bool ProjectiveIntegrator::apply(const SurfaceHit& hit, bool highest, TimeNs time, Tile& tile,
                                  OccupancyMap& map) {
   const int column = in_tile(hit.y) * kTileEdge + in_tile(hit.x);
-  int z = hit.z;
-  int strength = kHit;
-  if (!settings_.as_octomap && hit.sigma_m > kUncertain * map.voxel_m()) {
-    strength =
-        std::max(kHitLeast, static_cast<int>(kHit * kUncertain * map.voxel_m() / hit.sigma_m));
-    // Less certain than a voxel: the same surface as the one that is there already.
-    const int reach =
-        std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * hit.sigma_m / map.voxel_m())));
-    int best = 0;
-    auto block = tile.blocks.end();
-    for (int k = hit.z - reach; k <= hit.z + reach; ++k) {
-      if (k == hit.z - reach || in_tile(k) == 0) block = tile.blocks.find(tile_of(k));
-      if (block == tile.blocks.end()) continue;
-      const int there = block->second->log_odds[std::size_t(in_tile(k) * kTileColumns + column)];
-      if (there > best) best = there, z = k;
-    }
-  }
+  const Sighting sighting =
+      settings_.as_octomap ? Sighting{hit.z, kHit, double(hit.height_m)} : settle(hit, tile, map);
+  const int z = sighting.z;
   Block* block = map.block(tile, tile_of(z));
   if (block == nullptr) return false;
   const int index = in_tile(z) * kTileColumns + column;
@@ -311,16 +298,19 @@ bool ProjectiveIntegrator::apply(const SurfaceHit& hit, TimeNs time, Tile& tile,
   if (log_odds <= 0 && !settings_.as_octomap) tile.reclassified |= take_back_below(tile, column, z);
   const Occupancy before = classify(log_odds);
   if (settings_.as_octomap) {
-    const int v = std::min(log_odds + strength - (freed ? kMiss : 0), most);
+    const int v = std::min(log_odds + kHit - (freed ? kMiss : 0), most);
     log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
   } else {
     if (freed) log_odds = static_cast<std::int8_t>(log_odds - kMiss);
-    see_occupied(log_odds, strength);
+    see_occupied(log_odds, sighting.strength);
   }
   tile.reclassified |= classify(log_odds) != before;
   block->seen[static_cast<std::size_t>(index)] = map.epoch();
   block->settled[cube_index(in_tile(hit.x), in_tile(hit.y), in_tile(z))] = 0;
-  tile.moved |= map.observe_surface(*block, index, z, double(hit.height_m), hit.r, hit.g, hit.b);
+  // Samples of a column that lie apart are a wall, or an edge.
+  if (highest && !settings_.as_octomap) contradict_above(hit, z, tile, map);
+  tile.moved |=
+      map.observe_surface(*block, index, z, sighting.height_m, hit.r, hit.g, hit.b, sighting.share);
   saw_surface(tile.columns[static_cast<std::size_t>(column)], z, time);
   return true;
 }

@@ -68,8 +68,8 @@ class ProjectiveIntegrator {
   [[nodiscard]] bool is_free(std::int32_t x, std::int32_t y, std::int32_t z) const;
   /// Returns the number of voxels observed occupied.
   std::uint64_t apply_all(const std::vector<SurfaceHit>& hits, TimeNs time, OccupancyMap& map);
-  /// False when there is no memory for it.
-  bool apply(const SurfaceHit& hit, TimeNs time, Tile& tile, OccupancyMap& map);
+  /// `highest`: of its column in this frame. False when there is no memory for it.
+  bool apply(const SurfaceHit& hit, bool highest, TimeNs time, Tile& tile, OccupancyMap& map);
 
   IntegratorSettings settings_;
   SurfaceFinder surfaces_;

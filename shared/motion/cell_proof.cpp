@@ -108,9 +108,9 @@ std::optional<CellFit> CellProof::decide(int u0, int v0,
   return best;
 }
 
-std::uint32_t CellProof::seen_by(int u0, int v0, double inverse_m, int most) {
+std::uint32_t CellProof::seen_by(int u0, int v0, double inverse_m) {
   std::uint32_t out = 0;
-  for (std::size_t k = 0; k < set_.views.size() && __builtin_popcount(out) < most; ++k)
+  for (std::size_t k = 0; k < set_.views.size(); ++k)
     if (shift(u0, v0, inverse_m, set_.views[k], moved_)) out |= 1U << k;
   return out;
 }

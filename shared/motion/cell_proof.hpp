@@ -37,8 +37,8 @@ class CellProof {
   /// `views`; nothing where these do not agree with it.
   std::optional<CellFit> sharpen(int u0, int v0, double inverse_m, double sigma,
                                  std::uint32_t views);
-  /// Bits of the first `most` views that see a cell at this depth.
-  std::uint32_t seen_by(int u0, int v0, double inverse_m, int most);
+  /// Bits of the views that see a cell at this depth.
+  std::uint32_t seen_by(int u0, int v0, double inverse_m);
   /// Each pixel of the cell at (u0, v0), 3 x 3 around it, in every view that bore the cell out.
   void look(int u0, int v0, const CellFit& fit, std::array<Borne, kCellEdge * kCellEdge>& out);
 

@@ -30,7 +30,7 @@ constexpr double kStands_m = 0.01;
 /// The pair's depths are sharpened where the crane went so many times the pair's baseline.
 constexpr double kWorthwhile = 3;
 constexpr double kUncertain_m = 0.02;  ///< and its best standard deviation at the floor is larger
-constexpr int kSharpViews = 3;
+constexpr int kSharpViews = 3, kSharpAttempts = 2;
 constexpr double kMatched = 0.9;    ///< share of a cell's pixels
 constexpr double kPairSigma = 1.5;  ///< what its pixels have in common is as uncertain as they are
 constexpr double kBent = 2.5;       ///< sigmas that a cell's pixels may deviate from a plane
@@ -74,6 +74,20 @@ void join_line(int length, At at, const std::vector<float>& inverse,
     }
     last = i;
   }
+}
+
+/// By a few of the views; if they do not agree, as where one sees what hides it, by others.
+std::optional<CellFit> sharpened(CellProof& proof, int u0, int v0, double inverse_m, double sigma) {
+  std::uint32_t left = proof.seen_by(u0, v0, inverse_m);
+  for (int attempt = 0; attempt < kSharpAttempts && left != 0; ++attempt) {
+    std::uint32_t views = 0;
+    for (int i = 0; i < kSharpViews && left != 0; ++i) {
+      views |= left & -left;
+      left &= left - 1;
+    }
+    if (const auto fit = proof.sharpen(u0, v0, inverse_m, sigma, views)) return fit;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -234,9 +248,8 @@ void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSe
         if (std::sqrt(std::max(0.0, ww - ax * xw - ay * yw)) > kBent * sigma) continue;
         const double middle = (kCellEdge - 1) / 2.0;
         const double before = mw + ax * (middle - mx) + ay * (middle - my);
-        const auto fit =
-            proof.sharpen(column * kCellEdge, row * kCellEdge, before, kPairSigma * sigma,
-                          proof.seen_by(column * kCellEdge, row * kCellEdge, before, kSharpViews));
+        const int u0 = column * kCellEdge, v0 = row * kCellEdge;
+        const auto fit = sharpened(proof, u0, v0, before, kPairSigma * sigma);
         if (!fit || fit->sigma > 0.5 * sigma) continue;
         const double finer = std::clamp(scale / kFiner / fit->sigma, 1.0, 255.0);
         for (int y = 0; y < kCellEdge; ++y)

@@ -90,22 +90,10 @@ bool ServiceContext::reload() const {
 }
 
 dds::Settings to_settings(const SiteConfig& config, const std::string& identity) {
-  using Network = DdsConfig::Network;
-  const DdsConfig& c = config.dds;
   dds::Settings s;
+  static_cast<NetworkSettings&>(s) = config.dds;
   s.crane = static_cast<std::uint32_t>(config.crane);
-  s.domain = static_cast<std::uint32_t>(c.domain);
-  s.transport = c.shared_memory ? dds::Transport::kAuto : dds::Transport::kUdp;
-  s.multicast = c.network != Network::kPlant;
-  s.interfaces = c.interfaces;
-  s.servers = c.servers;
-  s.peers = c.peers;
-  s.security = c.security;
-  s.identity = c.identity.empty() ? identity : c.identity;
-  s.shm_segment_bytes = static_cast<std::uint32_t>(c.shm_segment_mib) << 20U;
-  s.udp_buffer_bytes = static_cast<std::uint32_t>(c.udp_buffer_kib) << 10U;
-  s.profile_file = c.profile_file;
-  s.profile_name = c.profile_name;
+  if (s.identity.empty()) s.identity = identity;
   return s;
 }
 

@@ -4,13 +4,17 @@
 #include <vector>
 
 #include "base/utf8.hpp"
+#include "config/reference.hpp"
 #include "config/site_config.hpp"
 #include "config/yaml_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  if (const auto config = crane::parse_site_config(text, "fuzz"))
-    if (!crane::parse_site_config(crane::to_yaml(*config), "again")) __builtin_trap();
+  if (const auto config = crane::parse_site_config(text, "fuzz")) {
+    const auto again = crane::parse_site_config(crane::to_yaml(*config), "again");
+    if (!again || !crane::changed_keys(*again, *config).empty()) __builtin_trap();
+  }
+  (void)crane::described(text);
   if (crane::first_not_utf8(crane::with_bytes_escaped(text)) != std::string::npos) __builtin_trap();
   if (auto y = crane::YamlReader::from_text(text, "fuzz")) {
     std::vector<double> numbers;

@@ -44,7 +44,7 @@ Refusal check(Guard& guard, const Datagram& d, guard::Ipv4 source = kLoopback) {
 std::vector<Captured> real_traffic() {
   test::Capture capture;
   if (!capture.works()) return {};
-  const Settings settings = test::settings(Transport::kUdp);
+  const Settings settings = test::settings(test::Transport::kUdp);
   auto a = *Participant::create(settings, "a");
   auto tiles = *Writer<MapTileTopic>::create(a);
   auto frames = *Writer<StereoFrameTopic>::create(a);
@@ -231,7 +231,7 @@ struct Friend {
   explicit Friend(std::uint32_t domain, const std::string& security = "") {
     Settings settings;
     settings.domain = domain;
-    settings.transport = Transport::kUdp;
+    settings.shared_memory = false;
     if (!security.empty()) {
       settings.security = security;
       settings.identity = "operator";

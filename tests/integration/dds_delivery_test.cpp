@@ -11,6 +11,7 @@ namespace crane::dds {
 namespace {
 
 using test::eventually;
+using test::Transport;
 
 /// Writer and reader in participants of their own, matched.
 template <class Topic>

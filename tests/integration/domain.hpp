@@ -10,11 +10,13 @@
 
 namespace crane::test {
 
+enum class Transport { kAuto, kUdp };
+
 /// Loopback only, in a domain that other test processes hardly use.
-inline dds::Settings settings(dds::Transport transport = dds::Transport::kAuto) {
+inline dds::Settings settings(Transport transport = Transport::kAuto) {
   dds::Settings s;
   s.domain = 100 + static_cast<std::uint32_t>(getpid()) % 100;
-  s.transport = transport;
+  if (transport == Transport::kUdp) s.shared_memory = false;
   return s;
 }
 

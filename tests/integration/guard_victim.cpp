@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   setrlimit(RLIMIT_CORE, &none);
   dds::Settings settings;
   settings.domain = static_cast<std::uint32_t>(std::atoi(argv[1]));
-  settings.transport = dds::Transport::kUdp;
+  settings.shared_memory = false;
   settings.guard_datagrams = std::strcmp(argv[2], "guarded") == 0;
   if (argc == 4) {
     settings.security = argv[3];

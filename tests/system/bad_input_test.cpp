@@ -55,6 +55,28 @@ TEST_F(BadInput, UnknownConfigurationKey) {
          "site.yaml:2: unknown key 'mapper.voxels'");
 }
 
+TEST_F(BadInput, AConfigurationIsShownComparedAndExplained) {
+  std::ofstream(folder_ / "site.yaml") << "mapper: {voxel_m: 0.04}\n";
+  const auto config = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), "config");
+    return test::run(more, folder_.path());
+  };
+  const Finished changed = config({"changed", "--config", folder_ / "site.yaml", "--crane", "3"});
+  EXPECT_EQ(changed.code, 0);
+  EXPECT_EQ(changed.output, "crane: 3   # default: 1\nmapper.voxel_m: 0.04   # default: 0\n");
+  // What is shown is a configuration that says the same.
+  const Finished shown = config({"--config", folder_ / "site.yaml"});
+  EXPECT_EQ(shown.code, 0);
+  std::ofstream(folder_ / "shown.yaml") << shown.output;
+  EXPECT_EQ(config({"changed", "--config", folder_ / "shown.yaml"}).output,
+            "mapper.voxel_m: 0.04   # default: 0\n");
+  expect(config({"describe", "mapper.voxel_m"}), 0, "mapper.voxel_m [m]: edge of a voxel");
+  expect(config({"describe", "mapper.voxel"}), 2, "'mapper.voxel_m' is meant?");
+  std::ofstream(folder_ / "bad.yaml") << "mapper:\n  voxel_cm: 4\n";
+  expect(config({"show", "--config", folder_ / "bad.yaml"}), 2, "bad.yaml:2: unknown key");
+  expect(config({"--domain", "233"}), 2, "233");
+}
+
 TEST_F(BadInput, AMapFileThatWasCutIsNotJudged) {
   const std::string header = "# Octomap OcTree file\nid ColorOcTree\nsize 900\nres 0.05\ndata\n";
   std::ofstream(folder_ / "cut.ot", std::ios::binary) << header << std::string(70, '\x01');

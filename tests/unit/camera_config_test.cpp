@@ -19,7 +19,7 @@ TEST(CameraConfig, TwoCamerasAndTheirRuleAreReadAndWritten) {
   const auto again = parse_site_config(to_yaml(*config), "again");
   ASSERT_TRUE(again) << again.error().text();
   const CameraConfig& c = again->camera;
-  EXPECT_EQ(to_yaml(c), to_yaml(config->camera));
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
   EXPECT_EQ(c.source, CameraConfig::Source::kGenicam);
   EXPECT_EQ(c.right, "10.0.0.2");
   EXPECT_EQ(c.pair_by, CameraConfig::PairBy::kNumber);

@@ -114,10 +114,10 @@ TEST(SiteConfig, NetworksSayWhatTheyNeed) {
   EXPECT_EQ(problem("interfaces: [127.0.0.1, 10.1.2.3]"), "");
   const auto container = parse_site_config("dds: {network: container}", "x");
   EXPECT_TRUE(container->dds.interfaces.empty());
-  EXPECT_FALSE(container->dds.shared_memory);
+  EXPECT_FALSE(container->dds.uses_shared_memory());
   const auto local = parse_site_config("{}", "x");
   EXPECT_EQ(local->dds.interfaces, std::vector<std::string>{"127.0.0.1"});
-  EXPECT_TRUE(local->dds.shared_memory);
+  EXPECT_TRUE(local->dds.uses_shared_memory());
 }
 
 TEST(SiteConfig, DirectionOffsetAndSpeedOfRangefindersAreReadAndChecked) {

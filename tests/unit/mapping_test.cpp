@@ -354,14 +354,14 @@ TEST(ProjectiveIntegrator, ACubeFreedAtOnceIsWhatVoxelByVoxelWouldFree) {
 
 TEST(ProjectiveIntegrator, AFloorFarBelowStaysOneSurface) {
   // 10 m below, 0.12 m baseline, 0.1 px: sigma of the depth 0.28 m, almost six voxels.
-  View view(10.0, 0, 640, 480);
+  View view(10.0, 0);
   view.frame.sigma_disparity_px = 0.1;
   OccupancyMap map(0.05, kPlenty);
   ProjectiveIntegrator integrator({-3, 9});
   std::mt19937 random(4);
   std::normal_distribution<float> noise(0, 0.28F);
   const std::vector<float> exact = view.depth;
-  for (int frame = 0; frame < 12; ++frame) {
+  for (int frame = 0; frame < 40; ++frame) {
     for (std::size_t i = 0; i < exact.size(); ++i) view.depth[i] = exact[i] + noise(random);
     integrator.integrate(view.frame, frame, map);
   }

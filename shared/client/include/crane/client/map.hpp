@@ -11,30 +11,27 @@
 
 #include "crane/client/clearance.hpp"
 #include "crane/client/zone.hpp"
+#include "crane/network.hpp"
+
+namespace eprosima::fastdds::dds {
+class DomainParticipant;
+}
 
 namespace crane::client {
 
-/// Which crane's map, and where on the network. As section `dds` of the services' configuration.
-struct Options {
+/// Which crane's map, and what it may take.
+struct MapOptions {
   std::uint32_t crane = 1;
-  std::uint32_t domain = 0;
-  enum class Network { kLocal, kContainer, kPlant };
-  Network network = Network::kLocal;
-  bool shared_memory = true;  ///< of kLocal, with processes of this host
-  /// IPv4 addresses to use; empty = all. The default stays on this host.
-  std::vector<std::string> interfaces = {"127.0.0.1"};
-  std::vector<std::string> servers;  ///< discovery servers "host:port", of kPlant
-  std::vector<std::string> peers;    ///< hosts to look for
-  std::string security;              ///< folder of certificates; empty = no DDS Security
-  std::string identity = "controller";
-  /// Fast DDS XML profile instead of network and what belongs to it.
-  std::string profile_file, profile_name;
   /// Of the tiles that are held, some 0.2 MB each at 5 cm and 9 m. A map that needs more is
   /// invalid, and status() says so. Beside it: 32 MiB of tiles that wait to be believed, what an
   /// answer is made of (a grid of heights() above all), and what DDS keeps, 64 MiB of shared memory
   /// with it.
   std::uint32_t max_memory_mib = 2048;
 };
+
+/// And where on the network: as section `dds` of the services' configuration. Where no identity is
+/// named it is "controller".
+struct Options : MapOptions, NetworkSettings {};
 
 /// What the mapper last said of the map, and what of it has arrived here.
 struct Status {
@@ -118,6 +115,18 @@ class Map {
  public:
   /// Joins; nullptr and the reason in `error` when that is impossible.
   static std::unique_ptr<Map> join(const Options& options, std::string& error) noexcept;
+  /// Joins within a participant that this process has already, of the same Fast DDS library, so
+  /// that the process is on the network once. It must be enabled. None of its settings is touched,
+  /// its listeners hear nothing of the map, and with the map all goes that was made in it. What it
+  /// receives is only checked as whoever made it took care of: without a guard before Fast DDS one
+  /// malformed datagram can end the process. A topic of ours that it has a type of its own for is
+  /// an error.
+  /// The participant must outlive the map: delete_participant() refuses while the map is there. Who
+  /// calls its delete_contained_entities() or deletes it all the same takes the map's readers away:
+  /// from then on the map is invalid and status().reason says so, and it may be destroyed. Doing so
+  /// while a call of join(), or the destructor, is going on is not detected.
+  static std::unique_ptr<Map> join(eprosima::fastdds::dds::DomainParticipant& participant,
+                                   const MapOptions& options, std::string& error) noexcept;
   ~Map();
   Map(const Map&) = delete;
   Map& operator=(const Map&) = delete;
@@ -160,7 +169,6 @@ class Map {
  private:
   struct Impl;
   explicit Map(std::unique_ptr<Impl> impl);
-  static std::unique_ptr<Map> join_or_throw(const Options& options, std::string& error);
   std::unique_ptr<Impl> impl_;
 };
 
