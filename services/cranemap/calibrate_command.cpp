@@ -128,8 +128,8 @@ StereoRig rig_of(const StereoCalibration& c, double height_m) {
 
 void print(const StereoCalibration& c) {
   static constexpr const char* kVerdict[] = {"GOOD", "USABLE", "BAD"};
-  std::printf("%s: heights of a floor at %.1f m sure to %.2f cm (1 sigma, worst place)\n",
-              kVerdict[static_cast<int>(c.verdict)], c.floor_m, 100 * c.height_sigma_m.worst());
+  std::printf("%s: heights of a floor at %.1f m sure to %.2f cm (1 sigma, in 95 %% of the image)\n",
+              kVerdict[static_cast<int>(c.verdict)], c.floor_m, 100 * c.height_sigma_m.most());
   std::printf("baseline %.2f +- %.2f mm; corners to %.3f px; %zu views used, %zu rejected\n",
               1000 * c.rig.baseline_m(), 1000 * c.rig.baseline_sigma_m(), c.rig.sigma_px,
               c.views.size(), c.rejected.size());

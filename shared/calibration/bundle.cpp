@@ -99,8 +99,7 @@ struct Blocks {
 
 Eigen::MatrixXd covariance_of(ceres::Problem& problem, Blocks& b) {
   ceres::Covariance::Options how;
-  how.algorithm_type = ceres::DENSE_SVD;
-  how.null_space_rank = -1;
+  how.algorithm_type = ceres::SPARSE_QR;
   ceres::Covariance covariance(how);
   const std::vector<const double*> blocks = {b.left.data(), b.right.data(), b.rig.data()};
   if (!covariance.Compute(blocks, &problem)) return {};

@@ -39,7 +39,7 @@ std::vector<Residual> residuals(const std::vector<View>& views, const Board& boa
 /// Where to begin: each camera alone by OpenCV's calibrateCamera (Zhang 2000), their relation from
 /// the view that most others agree with. Error: BadData, where too few views show the board.
 Result<RigEstimate> first_estimate(const std::vector<View>& views, const Board& board,
-                                   const ImageSize& size, LensModel model);
+                                   const ImageSize& size);
 
 /// All corners of both cameras at once, with the board's poses and its warp, by Ceres. `robust`:
 /// corners that are far off count less (Cauchy); then there is no covariance. The warp needs eight

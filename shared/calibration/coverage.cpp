@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kFewCorners = 10;       ///< in a part of the image
 constexpr double kTilted_rad = 0.35;  ///< 20 degrees; less leaves focal length and distance open
-constexpr double kCloseUp = 0.5;      ///< of the image's width
+constexpr double kCloseUp = 0.4;      ///< of the image's width
 
 std::string part_name(int column, int row) {
   static constexpr const char* kRow[] = {"upper", "middle", "lower"};
@@ -19,7 +19,7 @@ std::string part_name(int column, int row) {
 
 }  // namespace
 
-Coverage coverage_of(const std::vector<View>& views, const Board& board, const ImageSize& size,
+Coverage coverage_of(const std::vector<View>& views, const ImageSize& size,
                      const std::vector<Eigen::Isometry3d>& poses) {
   Coverage out;
   for (const View& view : views)
@@ -37,13 +37,11 @@ Coverage coverage_of(const std::vector<View>& views, const Board& board, const I
       }
       if (!eye.empty()) out.largest = std::max(out.largest, (most - least) / size.width);
     }
-  const Eigen::Vector3d middle = 0.5 * (board.corners().front() + board.corners().back());
   for (const auto& T : poses) {
     const Eigen::Vector3d n = T.linear().col(2) * (T.linear()(2, 2) < 0 ? -1 : 1);
-    // Against the direction in which the board is seen.
-    const Eigen::Vector3d view = (T * middle).normalized();
-    const double about_x = std::atan2(n.y(), n.z()) - std::atan2(view.y(), view.z());
-    const double about_y = std::atan2(n.x(), n.z()) - std::atan2(view.x(), view.z());
+    // Against the image: a board parallel to it tells nothing of the focal length, wherever it is.
+    const double about_x = std::atan2(n.y(), n.z());
+    const double about_y = std::atan2(n.x(), n.z());
     out.tilt_x_rad = {std::min(out.tilt_x_rad[0], about_x), std::max(out.tilt_x_rad[1], about_x)};
     out.tilt_y_rad = {std::min(out.tilt_y_rad[0], about_y), std::max(out.tilt_y_rad[1], about_y)};
   }
@@ -58,7 +56,7 @@ std::vector<std::string> wanted(const Coverage& coverage) {
   if (turned(coverage.tilt_y_rad) < 2 * kTilted_rad)
     out.emplace_back("tilt the board about its vertical axis by 30 to 45 degrees, both ways");
   if (coverage.largest < kCloseUp)
-    out.emplace_back("hold the board nearer: it should fill more than half of the image's width");
+    out.emplace_back("hold the board nearer: it should fill half of the image's width");
   // The parts of the image that were seen least come first.
   std::vector<std::pair<int, std::string>> parts;
   for (const bool right : {false, true})

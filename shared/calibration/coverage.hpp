@@ -21,7 +21,7 @@ struct Coverage {
 };
 
 /// `poses`: the board in the left camera, of each view; may be empty.
-Coverage coverage_of(const std::vector<View>& views, const Board& board, const ImageSize& size,
+Coverage coverage_of(const std::vector<View>& views, const ImageSize& size,
                      const std::vector<Eigen::Isometry3d>& poses);
 
 /// What the next views should show, the most wanted first; empty: nothing is missing.

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 
 namespace crane {
 namespace {
@@ -81,11 +80,9 @@ Apart seen_apart(const View& view, const Board& board, const RigEstimate& rig) {
     const double rms = std::sqrt(sum / (2.0 * static_cast<double>(pixels.size())));
     (is_right ? out.right_px : out.left_px) = rms;
     cv::Rodrigues(turn, R);
-    Eigen::Matrix3d rotation;
-    Eigen::Vector3d translation;
-    cv::cv2eigen(R, rotation);
-    cv::cv2eigen(shift, translation);
-    at[is_right ? 1 : 0] = rotation * middle + translation;
+    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    at[is_right ? 1 : 0] = Eigen::Map<const RowMajor>(R.ptr<double>()) * middle +
+                           Eigen::Map<const Eigen::Vector3d>(shift.ptr<double>());
   }
   out.distance_m = (rig.T_right_left * at[0] - at[1]).norm();
   return out;

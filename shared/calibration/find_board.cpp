@@ -46,12 +46,8 @@ cv::Mat grey_of(const Image& image) {
   return grey;
 }
 
-/// Half the window of the corner refinement: as large as fits between neighbours.
-cv::Size window_of(const std::vector<cv::Point2f>& corners, int columns) {
-  double nearest = 1e9;
-  for (std::size_t i = 1; i < corners.size(); ++i)
-    if (i % static_cast<std::size_t>(columns) != 0)
-      nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
+/// Half the window of the corner refinement where neighbours are `nearest` pixels away.
+cv::Size window_of(double nearest) {
   const int half = std::clamp(static_cast<int>(nearest * 0.4), 2, 11);
   return {half, half};
 }
@@ -69,7 +65,11 @@ Corners chessboard(const cv::Mat& grey, int columns, int rows) {
           cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK) &&
       !cv::findChessboardCornersSB(grey, size, found, cv::CALIB_CB_NORMALIZE_IMAGE))
     return {};
-  refine(grey, found, window_of(found, columns));
+  double nearest = 1e9;
+  for (std::size_t i = 1; i < found.size(); ++i)
+    if (i % static_cast<std::size_t>(columns) != 0)
+      nearest = std::min(nearest, cv::norm(found[i] - found[i - 1]));
+  refine(grey, found, window_of(nearest));
   Corners out;
   for (std::size_t i = 0; i < found.size(); ++i) {
     out.ids.push_back(static_cast<int>(i));
@@ -99,13 +99,16 @@ Corners charuco(const cv::Mat& grey, const Board& board, int dictionary) {
   cv::aruco::detectMarkers(grey, markers, tags, tag_ids);
   std::map<int, Eigen::Vector2d> found;
   if (tag_ids.empty()) return {};
-  cv::Mat pixels;
-  cv::Mat ids;
-  cv::aruco::interpolateCornersCharuco(tags, tag_ids, grey, layout, pixels, ids);
-  for (int i = 0; i < ids.rows; ++i) {
-    const auto& p = pixels.at<cv::Point2f>(i);
-    found[ids.at<int>(i)] = {p.x, p.y};
-  }
+  std::vector<cv::Point2f> corners;
+  std::vector<int> ids;
+  cv::aruco::interpolateCornersCharuco(tags, tag_ids, grey, layout, corners, ids);
+  if (ids.empty()) return {};
+  // Once more by ourselves: what comes back counts from the first pixel's corner, not its middle.
+  const double square = cv::norm(tags[0][1] - tags[0][0]) * board.square_m / board.marker_m;
+  for (auto& corner : corners) corner -= cv::Point2f(0.5F, 0.5F);
+  // Up to the markers and no further: their corners would pull.
+  refine(grey, corners, window_of(square * (1 - board.marker_m / board.square_m)));
+  for (std::size_t i = 0; i < ids.size(); ++i) found[ids[i]] = {corners[i].x, corners[i].y};
   return sorted(found);
 }
 
@@ -116,7 +119,6 @@ Corners april_grid(const cv::Mat& grey, const Board& board, int dictionary) {
   for (const int border : {2, 1}) {  // Kalibr prints tags with a border of two bits, others of one
     auto how = cv::aruco::DetectorParameters::create();
     how->markerBorderBits = border;
-    how->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
     std::vector<std::vector<cv::Point2f>> tags;
     std::vector<int> ids;
     cv::aruco::detectMarkers(grey, markers, tags, ids, how);
@@ -127,6 +129,8 @@ Corners april_grid(const cv::Mat& grey, const Board& board, int dictionary) {
   std::map<int, Eigen::Vector2d> found;
   for (std::size_t t = 0; t < best_ids.size(); ++t) {
     if (best_ids[t] >= board.columns * board.rows) continue;
+    const double gap = cv::norm(best[t][1] - best[t][0]) * board.marker_m / board.square_m;
+    refine(grey, best[t], window_of(gap));
     for (std::size_t k = 0; k < 4; ++k)
       found[4 * best_ids[t] + static_cast<int>(k)] = {best[t][k].x, best[t][k].y};
   }
@@ -173,11 +177,15 @@ Corners BoardFinder::find(const Image& image) const {
 std::string BoardFinder::other_board(const Image& image) const {
   const cv::Mat grey = grey_of(image);
   if (board_.kind != Board::Kind::kChessboard) return {};
-  for (int columns = board_.columns + 2; columns >= std::max(3, board_.columns - 2); --columns)
-    for (int rows = board_.rows + 2; rows >= std::max(3, board_.rows - 2); --rows)
-      if ((columns != board_.columns || rows != board_.rows) &&
-          !chessboard(grey, columns, rows).empty())
-        return std::to_string(columns) + "x" + std::to_string(rows);
+  for (int off = 1; off <= 4; ++off)  // the likeliest first: squares counted instead of corners
+    for (int c = std::min(2, off); c >= -std::min(2, off); --c)
+      for (const int r : {off - std::abs(c), std::abs(c) - off}) {
+        const int columns = board_.columns + c;
+        const int rows = board_.rows + r;
+        if (std::abs(r) <= 2 && std::min(columns, rows) >= 3 &&
+            !chessboard(grey, columns, rows).empty())
+          return std::to_string(columns) + "x" + std::to_string(rows);
+      }
   return {};
 }
 

@@ -1,16 +1,16 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 
 #include "calibration/bundle.hpp"
 
 namespace crane {
 namespace {
 
-constexpr std::size_t kFewestViews = 5;  ///< of each camera, and of both at once
-constexpr double kSameTurn_rad = 0.02;   ///< relations of the cameras that agree
-constexpr double kSameShift = 0.1;       ///< of the baseline
+constexpr std::size_t kFewestViews = 5;   ///< of each camera, and of both at once
+constexpr std::size_t kEnoughViews = 20;  ///< for a start: the time grows with their third power
+constexpr double kSameTurn_rad = 0.02;    ///< relations of the cameras that agree
+constexpr double kSameShift = 0.1;        ///< of the baseline
 
 /// One camera by itself.
 struct Alone {
@@ -18,73 +18,87 @@ struct Alone {
   std::vector<Eigen::Isometry3d> T_camera_board;  ///< of each view; identity where it saw nothing
 };
 
-Result<Alone> camera_alone(const std::vector<View>& views, const Board& board, bool right,
-                           const ImageSize& size, LensModel model) {
+/// What OpenCV wants of one view.
+struct Points {
+  std::size_t view = 0;
+  std::vector<cv::Point3f> board;
+  std::vector<cv::Point2f> pixels;
+};
+
+std::vector<Points> points_of(const std::vector<View>& views, const Board& board, bool right) {
   const auto corners = board.corners();
-  std::vector<std::vector<cv::Point3f>> objects;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  std::vector<std::size_t> which;
+  std::vector<Points> out;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Corners& eye = right ? views[v].right : views[v].left;
     if (eye.empty()) continue;
-    which.push_back(v);
-    auto& o = objects.emplace_back();
-    auto& p = pixels.emplace_back();
+    Points& points = out.emplace_back();
+    points.view = v;
     for (std::size_t i = 0; i < eye.ids.size(); ++i) {
       const auto& c = corners[static_cast<std::size_t>(eye.ids[i])];
-      o.emplace_back(static_cast<float>(c.x()), static_cast<float>(c.y()), 0.0F);
-      p.emplace_back(static_cast<float>(eye.pixels[i].x()), static_cast<float>(eye.pixels[i].y()));
+      points.board.emplace_back(static_cast<float>(c.x()), static_cast<float>(c.y()), 0.0F);
+      points.pixels.emplace_back(static_cast<float>(eye.pixels[i].x()),
+                                 static_cast<float>(eye.pixels[i].y()));
     }
   }
+  return out;
+}
+
+Result<Alone> camera_alone(const std::vector<View>& views, const Board& board, bool right,
+                           const ImageSize& size) {
+  const auto all = points_of(views, board, right);
   const std::string name = right ? "right camera" : "left camera";
-  if (which.size() < kFewestViews)
+  if (all.size() < kFewestViews)
     return Error{ErrorCode::kBadData, name,
-                 "sees the board in " + std::to_string(which.size()) + " views; at least " +
+                 "sees the board in " + std::to_string(all.size()) + " views; at least " +
                      std::to_string(kFewestViews) + " are needed, 20 to 40 are good",
                  "take more pairs of images with the whole board in both"};
+  std::vector<std::vector<cv::Point3f>> some_boards;
+  std::vector<std::vector<cv::Point2f>> some_pixels;
+  const std::size_t step = (all.size() + kEnoughViews - 1) / kEnoughViews;
+  for (std::size_t i = 0; i < all.size(); i += step) {
+    some_boards.push_back(all[i].board);
+    some_pixels.push_back(all[i].pixels);
+  }
   cv::Mat K;
   cv::Mat D;
-  std::vector<cv::Mat> turns;
-  std::vector<cv::Mat> shifts;
-  int flags = 0;
-  if (model == LensModel::kRadialTangential) flags |= cv::CALIB_FIX_K3;
-  if (model == LensModel::kRational) flags |= cv::CALIB_RATIONAL_MODEL;
+  Alone out;
+  out.T_camera_board.assign(views.size(), Eigen::Isometry3d::Identity());
   try {
-    cv::calibrateCamera(objects, pixels, cv::Size(int(size.width), int(size.height)), K, D, turns,
-                        shifts, flags);
+    cv::Mat turn;
+    cv::Mat shift;
+    std::vector<cv::Mat> turns;
+    std::vector<cv::Mat> shifts;
+    cv::calibrateCamera(some_boards, some_pixels, cv::Size(int(size.width), int(size.height)), K, D,
+                        turns, shifts, cv::CALIB_FIX_K3);
+    for (const Points& points : all) {
+      cv::Mat R;
+      cv::solvePnP(points.board, points.pixels, K, D, turn, shift);
+      cv::Rodrigues(turn, R);
+      using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+      Eigen::Isometry3d& T = out.T_camera_board[points.view];
+      T.linear() = Eigen::Map<const RowMajor>(R.ptr<double>());
+      T.translation() = Eigen::Map<const Eigen::Vector3d>(shift.ptr<double>());
+    }
   } catch (const cv::Exception& e) {
-    return Error{ErrorCode::kBadData, name, std::string("cannot be calibrated: ") + e.err,
+    return Error{ErrorCode::kBadData, name, "cannot be calibrated: " + e.err,
                  "tilt the board differently in each view"};
   }
-  Alone out;
   out.lens = {K.at<double>(0, 0), K.at<double>(1, 1), K.at<double>(0, 2), K.at<double>(1, 2)};
-  for (std::size_t i = 0; i + 4 < kLensNumbers && i < D.total(); ++i)
-    out.lens[4 + i] = D.at<double>(static_cast<int>(i));
+  for (std::size_t i = 0; i < 4; ++i) out.lens[4 + i] = D.at<double>(static_cast<int>(i));
   for (const double number : out.lens)
     if (!std::isfinite(number))
       return Error{ErrorCode::kBadData, name, "cannot be calibrated from these views",
                    "tilt the board by 30 to 45 degrees, another way in each view"};
-  out.T_camera_board.assign(views.size(), Eigen::Isometry3d::Identity());
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    cv::Mat R;
-    cv::Rodrigues(turns[i], R);
-    Eigen::Matrix3d turn;
-    Eigen::Vector3d shift;
-    cv::cv2eigen(R, turn);
-    cv::cv2eigen(shifts[i], shift);
-    out.T_camera_board[which[i]].linear() = turn;
-    out.T_camera_board[which[i]].translation() = shift;
-  }
   return out;
 }
 
 }  // namespace
 
 Result<RigEstimate> first_estimate(const std::vector<View>& views, const Board& board,
-                                   const ImageSize& size, LensModel model) {
-  auto left = camera_alone(views, board, false, size, model);
+                                   const ImageSize& size) {
+  auto left = camera_alone(views, board, false, size);
   if (!left) return left.error();
-  auto right = camera_alone(views, board, true, size, model);
+  auto right = camera_alone(views, board, true, size);
   if (!right) return right.error();
 
   std::vector<Eigen::Isometry3d> relations;

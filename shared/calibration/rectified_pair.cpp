@@ -1,5 +1,4 @@
 #include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/report.hpp"
@@ -31,10 +30,11 @@ Image rectified_pair(const StereoCalibration& c, const Image& left, const Image&
     K[eye] = (cv::Mat_<double>(3, 3) << l[0], 0, l[2], 0, l[1], l[3], 0, 0, 1);
     D[eye] = cv::Mat(1, 8, CV_64F, const_cast<double*>(l.data() + 4)).clone();
   }
-  const Eigen::Matrix3d turn = c.rig.T_right_left.linear();
-  const Eigen::Vector3d shift = c.rig.T_right_left.translation();
-  cv::eigen2cv(turn, R_right_left);
-  cv::eigen2cv(shift, t_right_left);
+  const Eigen::Isometry3d& T = c.rig.T_right_left;
+  R_right_left = cv::Mat(3, 3, CV_64F);
+  for (int i = 0; i < 9; ++i) R_right_left.at<double>(i / 3, i % 3) = T.linear()(i / 3, i % 3);
+  const Eigen::Vector3d t = T.translation();
+  t_right_left = (cv::Mat_<double>(3, 1) << t.x(), t.y(), t.z());
   cv::stereoRectify(K[0], D[0], K[1], D[1], size, R_right_left, t_right_left, R[0], R[1], P[0],
                     P[1], Q, cv::CALIB_ZERO_DISPARITY, 0);
   cv::Mat both(size.height, 2 * size.width, CV_8UC3);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 
+#include "calibration/escaped.hpp"
 #include "calibration/svg.hpp"
 #include "calibration/verdict.hpp"
 
@@ -33,24 +34,6 @@ std::string format(const char* form, Values... values) {
   char text[600];
   std::snprintf(text, sizeof text, form, values...);
   return text;
-}
-
-/// Text of others (file names) in a page.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '\'')
-      out += "&#39;";
-    else
-      out += c;
-  }
-  return out;
 }
 
 std::string picture(const Image& image) {
@@ -94,8 +77,8 @@ std::string figures(const StereoCalibration& c) {
            meaning + "</td></tr>";
   };
   row("Height of the floor",
-      format("&plusmn; %.2f cm at %.1f m", 100 * c.height_sigma_m.worst(), c.floor_m),
-      "1 sigma at the image's worst place, from this calibration alone");
+      format("&plusmn; %.2f cm at %.1f m", 100 * c.height_sigma_m.most(), c.floor_m),
+      "1 sigma in 95 % of the image, from this calibration alone");
   row("Baseline",
       format("%.2f &plusmn; %.2f mm", 1000 * c.rig.baseline_m(), 1000 * c.rig.baseline_sigma_m()),
       "distance of the two cameras");
@@ -103,8 +86,8 @@ std::string figures(const StereoCalibration& c) {
   row("Corner noise", format("%.3f px", c.rig.sigma_px), "what the fit leaves, 1 sigma an axis");
   row("Rows of the rectified pair", format("%.3f px", epipolar_rms(c)),
       "root mean square; matching wants less than 0.3");
-  row("Direction of a pixel", format("&plusmn; %.3f px", c.direction_sigma_px.worst()),
-      "1 sigma at the worst place, left camera");
+  row("Direction of a pixel", format("&plusmn; %.3f px", c.direction_sigma_px.most()),
+      "1 sigma in 95 % of the left image");
   if (c.halves_expected_m > 0)
     row("Two halves of the views", format("%.2f cm apart", 100 * c.halves_apart_m),
         format("at the floor; %.2f are expected (1 sigma)", 100 * c.halves_expected_m).c_str());
@@ -135,7 +118,7 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
   out += format(
       "<div class='verdict %s'>%s<small>A floor at %.1f m: heights sure to %.2f cm (1 "
       "sigma) where this calibration is worst.</small></div>",
-      kClass[verdict], kText[verdict], c.floor_m, 100 * c.height_sigma_m.worst());
+      kClass[verdict], kText[verdict], c.floor_m, 100 * c.height_sigma_m.most());
   if (!c.remarks.empty()) {
     out += "<h2>What would make it better</h2><ul>";
     for (const std::string& remark : c.remarks) out += "<li>" + escaped(remark) + "</li>";

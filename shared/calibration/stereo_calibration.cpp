@@ -163,7 +163,7 @@ Result<StereoCalibration> calibrate_stereo(std::vector<View> views, const Board&
   for (View& view : views) c.renumbered += same_order(board, view) ? 1 : 0;
   c.views = std::move(views);
 
-  auto rig = first_estimate(c.views, board, size, options.model);
+  auto rig = first_estimate(c.views, board, size);
   if (!rig) return rig.error();
   rig = refine(c.views, board, rig.value(), options.model, true);
   for (int round = 0; round < kRounds; ++round) {
@@ -180,7 +180,7 @@ Result<StereoCalibration> calibrate_stereo(std::vector<View> views, const Board&
   c.rig = rig.value();
   c.residuals = residuals(c.views, board, c.rig);
   judge_views(c);
-  c.coverage = coverage_of(c.views, board, size, c.rig.T_left_board);
+  c.coverage = coverage_of(c.views, size, c.rig.T_left_board);
   c.direction_sigma_px = direction_sigma(c.rig, size);
   c.height_sigma_m = height_sigma(c.rig, size, c.floor_m);
   check_by_halves(c, options.model);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "calibration/escaped.hpp"
+
 namespace crane {
 namespace {
 
@@ -79,8 +81,8 @@ std::string svg_views(const StereoCalibration& c) {
                            3.6 * bar * double(c.errors.size()) + 4);
   double y = 2;
   for (const ViewErrors& e : c.errors) {
-    out += format("<text class='name' x='0' y='%.0f' font-size='12'>%.18s</text>", y + 2 * bar,
-                  e.name.c_str());
+    out += format("<text class='name' x='0' y='%.0f' font-size='12'>", y + 2 * bar) +
+           escaped(e.name.substr(0, 18)) + "</text>";
     int row = 0;
     for (const double v : {e.left_px, e.right_px, e.epipolar_px}) {
       static constexpr const char* kClass[] = {"left", "right", "rows"};

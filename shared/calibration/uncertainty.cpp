@@ -94,11 +94,22 @@ double ImageGrid::worst() const {
   return *std::max_element(values.begin(), values.end());
 }
 
+namespace {
+
+double quantile(std::vector<double> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
 double ImageGrid::median() const {
-  auto sorted = values;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+  return quantile(values, 0.5);
+}
+double ImageGrid::most() const {
+  return quantile(values, 0.95);
 }
 
 ImageGrid direction_sigma(const RigEstimate& rig, const ImageSize& size) {

@@ -52,12 +52,12 @@ void give_verdict(StereoCalibration& c, std::optional<double> baseline_m) {
                            1000 * c.rig.baseline_m(), 1000 * *baseline_m,
                            1000 * c.board.square_m / ratio));
   }
-  const double height = c.height_sigma_m.worst() / c.floor_m;
+  const double height = c.height_sigma_m.most() / c.floor_m;
   if (height > kHeightGood)
     at_most(height > kHeightUsable ? kBad : kUsable,
-            format("heights of a floor at %.1f m are sure to %.1f cm only (1 sigma, at the image's "
-                   "worst place): take more views, nearer ones, and in the corners",
-                   c.floor_m, 100 * c.height_sigma_m.worst()));
+            format("heights of a floor at %.1f m are sure to %.1f cm only (1 sigma, in 95 %% of "
+                   "the image): take more views, nearer ones, and in the corners",
+                   c.floor_m, 100 * c.height_sigma_m.most()));
   const double rows = epipolar_rms(c);
   if (rows > kRowsGood_px)
     at_most(rows > kRowsUsable_px ? kBad : kUsable,

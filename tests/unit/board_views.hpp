@@ -37,8 +37,8 @@ inline std::vector<Eigen::Isometry3d> board_places(const Board& board, int count
                   Eigen::AngleAxisd(tilt_rad * one(random), Eigen::Vector3d::UnitY()) *
                   Eigen::AngleAxisd(0.3 * one(random), Eigen::Vector3d::UnitZ()))
                      .toRotationMatrix();
-    const double away = 0.45 + 0.35 * (one(random) + 1);
-    const Eigen::Vector3d at(0.06 + away * 0.55 * one(random), away * 0.28 * one(random), away);
+    const double away = 0.25 + 0.3 * (one(random) + 1);
+    const Eigen::Vector3d at(0.06 + away * 0.85 * one(random), away * 0.46 * one(random), away);
     T.translation() = at - T.linear() * middle;
     out.push_back(T);
   }

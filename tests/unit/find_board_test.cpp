@@ -54,6 +54,11 @@ Drawn draw(const Board& board) {
   const int step = px(board.square_m + board.marker_m);
   cv::Mat picture(board.rows * step + 2 * kMargin, board.columns * step + 2 * kMargin, CV_8UC1,
                   white);
+  // Kalibr's boards have black squares between the corners of the tags.
+  const int gap = px(board.marker_m);
+  for (int r = 0; r <= board.rows; ++r)
+    for (int c = 0; c <= board.columns; ++c)
+      picture(cv::Rect(kMargin + c * step - gap, kMargin + r * step - gap, gap, gap)) = 0;
   const auto tags = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
   for (int r = 0; r < board.rows; ++r)
     for (int c = 0; c < board.columns; ++c) {

@@ -22,7 +22,7 @@ constexpr double kNoise_px = 0.1;
 
 const Board kBoard{Board::Kind::kChessboard, 9, 6, 0.03, 0, ""};
 
-std::vector<View> good_views(int count = 40) {
+std::vector<View> good_views(int count = 80) {
   return board_views(kBoard, true_rig(), board_places(kBoard, count, 0.8), kNoise_px);
 }
 
@@ -71,7 +71,7 @@ TEST(StereoCalibration, FindsWhatTheViewsWereMadeWithAndSaysHowSurely) {
 }
 
 TEST(StereoCalibration, RejectsPairsThatWereNotTakenAtTheSameTime) {
-  auto places = board_places(kBoard, 40, 0.8);
+  auto places = board_places(kBoard, 80, 0.8);
   auto views = board_views(kBoard, true_rig(), places, kNoise_px);
   for (auto& T : places) T.translation().x() += 0.006;
   const auto later = board_views(kBoard, true_rig(), places, kNoise_px);
@@ -131,7 +131,7 @@ TEST(StereoCalibration, RejectsAViewOfAnotherThing) {
 
 TEST(StereoCalibration, ReckonsWithABoardThatIsBent) {
   Board bent = kBoard;
-  auto places = board_places(kBoard, 40, 0.8);
+  auto places = board_places(kBoard, 80, 0.8);
   std::mt19937 random(5);
   std::vector<View> views;
   const RigEstimate truth = true_rig();
@@ -188,8 +188,8 @@ TEST(StereoCalibration, SaysThatTheCamerasAreSwapped) {
 // distance. A technician's first try.
 TEST(StereoCalibration, IsNeverGoodFromABoardThatWasNotTilted) {
   auto c =
-      calibrate_stereo(board_views(kBoard, true_rig(), board_places(kBoard, 40, 0.01), kNoise_px),
-                       kBoard, kBoardImages, {.floor_m = 3});
+      calibrate_stereo(board_views(kBoard, true_rig(), board_places(kBoard, 80, 0.01), kNoise_px),
+                       kBoard, kBoardImages, {LensModel::kRadialTangential, 3, {}});
   if (!c) return;
   EXPECT_NE(c.value().verdict, CalibrationVerdict::kGood);
   EXPECT_THAT(c.value().remarks, ::testing::Contains(HasSubstr("tilt the board")));
@@ -220,11 +220,13 @@ TEST(CalibrationReport, HoldsTheVerdictAndNamesAsTheyAreText) {
   auto c = calibrated(std::move(views));
   c.rejected.push_back({"a<b", "no board"});
   const std::string page = report_page(c, "crane & hall", {});
-  EXPECT_THAT(page, HasSubstr("Good: can be used"));
-  EXPECT_THAT(page, HasSubstr("a&lt;b"));
-  EXPECT_THAT(page, HasSubstr("crane &amp; hall"));
-  EXPECT_THAT(page, ::testing::Not(HasSubstr("<script")));
-  EXPECT_THAT(page, ::testing::Not(HasSubstr("http:")));
+  const auto holds = [&page](const char* text) { return page.find(text) != std::string::npos; };
+  EXPECT_TRUE(holds("Good: can be used"));
+  EXPECT_TRUE(holds("a&lt;b"));
+  EXPECT_TRUE(holds("crane &amp; hall"));
+  EXPECT_TRUE(holds("&lt;script"));
+  EXPECT_FALSE(holds("<script"));
+  EXPECT_FALSE(holds("http:"));
 }
 
 TEST(Board, IsReadFromItsText) {
