@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <iostream>
+#include <map>
 
 #include "base/log.hpp"
 #include "base/read_file.hpp"
@@ -110,19 +110,25 @@ Result<Found> find_views(const std::vector<ImagePair>& pairs, const Board& board
   return found;
 }
 
-CameraModel camera_of(const LensNumbers& l, const ImageSize& size) {
-  return {size.width, size.height, l[0], l[1], l[2], l[3], l[4], l[5], l[6], l[7], 0};
+CameraModel camera_of(const LensNumbers& l, const ImageSize& size, LensFit fit) {
+  CameraModel camera{size.width, size.height, l[0], l[1], l[2], l[3], l[4], l[5], l[6], l[7]};
+  camera.lens = fit == LensFit::kRational ? LensModel::kRational : LensModel::kRadialTangential;
+  camera.k3 = l[8];
+  camera.k4 = l[9];
+  camera.k5 = l[10];
+  camera.k6 = l[11];
+  return camera;
 }
 
-/// A rig whose camera looks straight down from `height_m`, the image's x along the runway, until
+/// A rig whose camera looks straight down from --height, the image's x along the runway, until
 /// the mount is calibrated.
-StereoRig rig_of(const StereoCalibration& c, double height_m) {
+StereoRig rig_of(const StereoCalibration& c, const Options& options) {
   StereoRig rig;
-  rig.left = camera_of(c.rig.left, c.size);
-  rig.right = camera_of(c.rig.right, c.size);
+  rig.left = camera_of(c.rig.left, c.size, options.calibration.model);
+  rig.right = camera_of(c.rig.right, c.size, options.calibration.model);
   rig.T_left_right = c.rig.T_right_left.inverse();
   rig.T_map_camera_at_zero.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  rig.T_map_camera_at_zero.translation() = Eigen::Vector3d(0, 0, height_m);
+  rig.T_map_camera_at_zero.translation() = Eigen::Vector3d(0, 0, options.height_m);
   return rig;
 }
 
@@ -178,7 +184,7 @@ int run_stereo(const Options& options) {
   if (calibration->verdict == CalibrationVerdict::kBad)
     return fail(Error{ErrorCode::kBadData, options.images,
                       "gives no calibration that a map may be made with", "see " + report});
-  if (auto done = write_rig(rig_of(*calibration, options.height_m), options.out, kRate_Hz); !done)
+  if (auto done = write_rig(rig_of(*calibration, options), options.out, kRate_Hz); !done)
     return fail(done.error());
   std::printf("calibration in %s, report in %s\n", options.out.c_str(), report.c_str());
   return kExitOk;
@@ -218,6 +224,15 @@ Command add_calibrate_command(CLI::App& app) {
       ->add_option("--baseline", options->calibration.baseline_m,
                    "Distance of the cameras as the maker says [m]; shows a board measured wrong")
       ->check(CLI::Range(0.005, 5.0));
+  static const std::map<std::string, LensFit> kLenses = {{"k1k2", LensFit::kRadialTangential},
+                                                         {"k3", LensFit::kWithK3},
+                                                         {"rational", LensFit::kRational}};
+  stereo
+      ->add_option("--lens", options->calibration.model,
+                   "What is estimated of each lens: k1k2 (and p1, p2; most lenses), k3 (and k3),\n"
+                   "rational (and k4, k5, k6; wide ones; wants many views)")
+      ->transform(CLI::CheckedTransformer(kLenses))
+      ->default_str("k1k2");
   return [options] {
     Options o = *options;
     o.calibration.floor_m = o.height_m;

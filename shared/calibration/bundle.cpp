@@ -142,7 +142,7 @@ std::vector<Residual> residuals(const std::vector<View>& views, const Board& boa
 }
 
 Result<RigEstimate> refine(const std::vector<View>& views, const Board& board,
-                           const RigEstimate& from, LensModel model, bool robust) {
+                           const RigEstimate& from, LensFit model, bool robust) {
   const auto corners = board.corners();
   const auto on = places(corners);
   Blocks b{

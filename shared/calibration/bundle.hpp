@@ -45,6 +45,6 @@ Result<RigEstimate> first_estimate(const std::vector<View>& views, const Board& 
 /// corners that are far off count less (Cauchy); then there is no covariance. The warp needs eight
 /// views; with fewer the board is taken for flat.
 Result<RigEstimate> refine(const std::vector<View>& views, const Board& board,
-                           const RigEstimate& from, LensModel model, bool robust);
+                           const RigEstimate& from, LensFit model, bool robust);
 
 }  // namespace crane

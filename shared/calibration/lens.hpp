@@ -6,10 +6,10 @@
 namespace crane {
 
 /// Which numbers of a lens are estimated; the others stay 0.
-enum class LensModel {
-  kRadialTangential,   ///< k1, k2, p1, p2
-  kRadialTangential3,  ///< and k3
-  kRational,           ///< and k4, k5, k6
+enum class LensFit {
+  kRadialTangential,  ///< k1, k2, p1, p2
+  kWithK3,            ///< and k3
+  kRational,          ///< and k4, k5, k6
 };
 
 /// fx, fy, cx, cy [px], then k1, k2, p1, p2, k3, k4, k5, k6: OpenCV's order.
@@ -17,10 +17,8 @@ inline constexpr std::size_t kLensNumbers = 12;
 using LensNumbers = std::array<double, kLensNumbers>;
 
 /// So many of the numbers, from the first, are estimated.
-constexpr std::size_t estimated(LensModel model) {
-  return model == LensModel::kRadialTangential    ? 8
-         : model == LensModel::kRadialTangential3 ? 9
-                                                  : 12;
+constexpr std::size_t estimated(LensFit model) {
+  return model == LensFit::kRadialTangential ? 8 : model == LensFit::kWithK3 ? 9 : 12;
 }
 
 /// Where a camera sees a point of its own frame (x right, y down, z forward). Number: double, or

@@ -133,7 +133,7 @@ void judge_views(StereoCalibration& c) {
 }
 
 /// Calibrates by every other view, and by the rest.
-void check_by_halves(StereoCalibration& c, LensModel model) {
+void check_by_halves(StereoCalibration& c, LensFit model) {
   std::vector<View> views[2];
   RigEstimate from[2] = {c.rig, c.rig};
   for (auto& rig : from) rig.T_left_board.clear();

@@ -12,7 +12,7 @@
 namespace crane {
 
 struct StereoCalibrationOptions {
-  LensModel model = LensModel::kRadialTangential;
+  LensFit model = LensFit::kRadialTangential;
   double floor_m = 10;               ///< from the camera: what the height's sigma is told for
   std::optional<double> baseline_m;  ///< as the maker says; a check of the board's square
 };

@@ -65,9 +65,10 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "imaging", "recording", "calibration", "sensors", "sim", "stereo", "cloud",
-       "motion", "mapping", "watchdog", "map_codec", "mapping_pipeline", "dds", "map_sync",
-       "service", "client", "evaluation"},
+     {{"base",        "geometry", "config",   "imaging",   "recording",
+       "calibration", "sensors",  "sim",      "stereo",    "cloud",
+       "motion",      "mapping",  "watchdog", "map_codec", "mapping_pipeline",
+       "dds",         "map_sync", "service",  "client",    "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

@@ -189,7 +189,7 @@ TEST(StereoCalibration, SaysThatTheCamerasAreSwapped) {
 TEST(StereoCalibration, IsNeverGoodFromABoardThatWasNotTilted) {
   auto c =
       calibrate_stereo(board_views(kBoard, true_rig(), board_places(kBoard, 80, 0.01), kNoise_px),
-                       kBoard, kBoardImages, {LensModel::kRadialTangential, 3, {}});
+                       kBoard, kBoardImages, {LensFit::kRadialTangential, 3, {}});
   if (!c) return;
   EXPECT_NE(c.value().verdict, CalibrationVerdict::kGood);
   EXPECT_THAT(c.value().remarks, ::testing::Contains(HasSubstr("tilt the board")));
