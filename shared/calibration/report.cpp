@@ -23,7 +23,7 @@ table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:5px 10px
 td.n{font-variant-numeric:tabular-nums;white-space:nowrap}.two{display:grid;grid-template-columns:1fr 1fr;gap:20px}
 figure{margin:0}figcaption{color:var(--soft);font-size:13px}svg{width:100%;height:auto;display:block}
 .frame{fill:var(--card);stroke:var(--line);stroke-width:2}.missing{fill:#b26a00;opacity:.18}.corner{fill:#0b5c9e;opacity:.55}
-.off{stroke:#0b5c9e;stroke-width:1.4}.bars text{fill:var(--ink)}.bars .left{fill:#0b5c9e}.bars .right{fill:#6aa6d6}.bars .rows{fill:#b26a00}
+.off{stroke:#0b5c9e;stroke-width:1.4}.bars{max-width:560px}.bars text{fill:var(--ink)}.bars .left{fill:#0b5c9e}.bars .right{fill:#6aa6d6}.bars .rows{fill:#b26a00}
 svg text{text-anchor:middle;font-family:inherit}svg.bars text{text-anchor:start}.note{color:var(--soft);font-size:13px}
 img{max-width:100%;border:1px solid var(--line)}li{margin:3px 0}
 @media print{body{padding:0;max-width:none}h2{break-after:avoid}figure,table,.verdict{break-inside:avoid}}
@@ -117,7 +117,7 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
          format(" &middot; images of %u x %u</p>", c.size.width, c.size.height);
   out += format(
       "<div class='verdict %s'>%s<small>A floor at %.1f m: heights sure to %.2f cm (1 "
-      "sigma) where this calibration is worst.</small></div>",
+      "sigma) in 95 %% of the image.</small></div>",
       kClass[verdict], kText[verdict], c.floor_m, 100 * c.height_sigma_m.most());
   if (!c.remarks.empty()) {
     out += "<h2>What would make it better</h2><ul>";
