@@ -139,8 +139,8 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
          "<figure>" + svg_grid(c.direction_sigma_px, c.size, 1) +
          "<figcaption>Direction of a pixel, 1 sigma [px]</figcaption></figure></div>";
   out +=
-      "<h2>Views</h2><p class='note'>Root mean square of the corners in the left and in the "
-      "right image, and of the rows in the rectified pair [px].</p>" +
+      "<h2>Views</h2><p class='note'>Root mean square of the corners in the left image (dark), "
+      "in the right one (light), and of the rows of the rectified pair (brown) [px].</p>" +
       svg_views(c);
   if (!c.rejected.empty()) {
     out += "<h2>Rejected</h2><table>";
