@@ -28,7 +28,7 @@ bool has_known_key(const Type& sample, std::uint32_t crane) {
 template <class PubSubType>
 class GuardedType final : public PubSubType {
  public:
-  explicit GuardedType(std::uint32_t crane) : crane_(crane) {}
+  explicit GuardedType(std::uint32_t crane = 0) : crane_(crane) {}
 
   bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
     try {
