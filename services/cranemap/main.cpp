@@ -34,6 +34,9 @@ int main(int argc, char** argv) {
       {"config", crane::add_config_command(app)},
       {"serve", crane::add_serve_command(app)},
       {"emulate-camera", crane::add_emulate_camera_command(app)},
+      {"snapshot", crane::add_snapshot_command(app)},
+      {"record", crane::add_record_command(app)},
+      {"emulate-crane", crane::add_emulate_crane_command(app)},
       {"emulate", crane::add_emulate_command(app)},
   };
   app.footer(

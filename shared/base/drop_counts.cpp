@@ -123,6 +123,10 @@ constexpr Row kTable[] = {
     {Cause::kFrameShort, "frame shorter than the camera's mode"},
     {Cause::kFrameCorrupt, "frame with damaged or repeated rows"},
     {Cause::kHalvesSwapped, "left and right swapped"},
+    {Cause::kRecordTooSlow, "disk or processor too slow to record it"},
+    {Cause::kRecordNoRoom, "could not be written to the recording"},
+    {Cause::kRecordOtherTime, "no later than the one before, or of another hour"},
+    {Cause::kRecordUnplaced, "frame before the first positions"},
 };
 
 const Row* find(Cause cause) {

@@ -132,6 +132,11 @@ enum class Cause : std::uint32_t {
   kFrameShort = 176,
   kFrameCorrupt = 177,
   kHalvesSwapped = 178,
+  // Recorder.
+  kRecordTooSlow = 186,
+  kRecordNoRoom = 187,
+  kRecordOtherTime = 188,
+  kRecordUnplaced = 189,
 };
 
 /// As it is published and read by people: at most 63 characters. Never empty.
