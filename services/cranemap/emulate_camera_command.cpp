@@ -1,3 +1,5 @@
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -7,6 +9,8 @@
 #include "base/clock.hpp"
 #include "base/log.hpp"
 #include "commands.hpp"
+#include "emulated_trajectory.hpp"
+#include "live_scene.hpp"
 #include "recording/recording.hpp"
 #include "service/exit_code.hpp"
 #include "service/run_service.hpp"
@@ -18,14 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A recording that is rendered from a scene begins with its rangefinders, so long before the first
-/// image: a scene begins then as well, and both keep step with emulated rangefinders.
-constexpr TimeNs kBeforeFirstImage = 3 * kNsPerSecond / 10;
+constexpr int kRenderNice = 10;
 
 struct Options {
   std::string from, out;
   TimeNs start_at = 0;
   double for_s = 0;
+  LiveSceneOptions scene;
+  bool drives = false;
 };
 
 /// What a camera would give, frame by frame: when, after the start, and both files' contents.
@@ -97,15 +101,18 @@ class Rendered final : public Frames {
   Renderer renderer_;
 };
 
-Result<std::unique_ptr<Frames>> open(const std::string& from) {
+Result<std::unique_ptr<Frames>> open(const Options& o) {
   std::error_code ignored;
-  if (fs::is_directory(from, ignored)) {
-    auto recording = Recording::open(from);
+  if (fs::is_directory(o.from, ignored)) {
+    auto recording = Recording::open(o.from);
     if (!recording) return recording.error();
     return std::unique_ptr<Frames>(std::make_unique<Recorded>(std::move(*recording)));
   }
-  auto scene = read_scene(from);
+  auto scene = o.drives ? read_live_scene(o.from, o.scene) : read_scene(scene_file(o.from));
   if (!scene) return scene.error();
+  // What the simulator takes of the processor, no real camera would: services come first.
+  if (setpriority(PRIO_PROCESS, 0, kRenderNice) != 0)
+    log_warning("renders at the same priority as the services");
   return std::unique_ptr<Frames>(std::make_unique<Rendered>(std::move(*scene)));
 }
 
@@ -121,7 +128,7 @@ Result<void> make_folders(const std::string& out) {
 }
 
 Result<void> emulate(const Options& o) {
-  auto frames = open(o.from);
+  auto frames = open(o);
   if (!frames) return frames.error();
   if (auto made = make_folders(o.out); !made) return made;
   const SystemClock clock;
@@ -138,15 +145,21 @@ Result<void> emulate(const Options& o) {
       ++late;
       continue;
     }
-    while (clock.now() < start + *due && !stop_requested())
-      std::this_thread::sleep_for(std::chrono::nanoseconds(
-          std::clamp<TimeNs>(start + *due - clock.now(), 0, kNsPerSecond / 20)));
-    if (stop_requested() || (o.for_s > 0 && clock.now() >= end)) break;
+    // Made before it is exposed, as its time is known: a camera does not take a second for a pair.
     const std::string name = std::to_string(start + *due);
     const std::string left = o.out + "/left/";
     const std::string right = o.out + "/right/";
     const auto extension = (*frames)->put(n, left + "." + name, right + "." + name);
     if (!extension) return extension.error();
+    while (clock.now() < start + *due && !stop_requested())
+      std::this_thread::sleep_for(std::chrono::nanoseconds(
+          std::clamp<TimeNs>(start + *due - clock.now(), 0, kNsPerSecond / 20)));
+    if (stop_requested() || (o.for_s > 0 && clock.now() >= end)) {
+      std::error_code ignored;
+      for (const std::string& side : {left, right})
+        fs::remove(side + "." + name + *extension, ignored);
+      break;
+    }
     for (const std::string& side : {left, right}) {
       std::error_code failed;
       fs::rename(side + "." + name + *extension, side + name + *extension, failed);
@@ -156,10 +169,11 @@ Result<void> emulate(const Options& o) {
     }
     ++put;
   }
-  log_info(
-      std::to_string(put) + " pairs, " + std::to_string(late) +
-      " left out because they came too late" +
-      (late > put ? ": a scene is rendered more slowly than that -> play a recording of it" : ""));
+  log_info(std::to_string(put) + " pairs, " + std::to_string(late) +
+           " left out because they came too late" +
+           (late > put
+                ? ": a scene is rendered more slowly than that -> a lower --rate, or a recording"
+                : ""));
   return {};
 }
 
@@ -173,9 +187,22 @@ Command add_emulate_camera_command(CLI::App& app) {
       "time, out of a recording, round and round, or rendered out of a scene as they are due.\n"
       "Example: cranemap emulate-camera tests/data/rig --out /tmp/pictures");
   command->add_option("FROM", options->from, "Recording (folder), or scene (YAML file)")
-      ->required()
-      ->check(CLI::ExistingPath);
+      ->required();
   command->add_option("--out", options->out, "Gets left/ and right/; camera.path")->required();
+  auto* drive = command->add_flag(
+      "--drive", options->drives,
+      "The scene's crane drives from point to point at constant speed, for ever, as with "
+      "'cranemap emulate --scene'");
+  command
+      ->add_option("--rate", options->scene.rate_hz, "Pairs a second of a scene; 0 = the scene's")
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(drive);
+  command->add_option("--speed", options->scene.speed_mps, "Of it [m/s]; 0 = the scene's")
+      ->check(CLI::Range(0.0, 10.0))
+      ->needs(drive);
+  command
+      ->add_flag("!--one-round", options->scene.without_end, "End when it has been at every point")
+      ->needs(drive);
   command->add_option("--start-at", options->start_at,
                       "Wall time [ns] of the first instant, the same for emulated rangefinders; "
                       "0 = now");

@@ -9,8 +9,10 @@
 #include "base/clock.hpp"
 #include "base/log.hpp"
 #include "commands.hpp"
+#include "config/site_config.hpp"
 #include "emulate_outlet.hpp"
-#include "recording/recording.hpp"
+#include "emulated_trajectory.hpp"
+#include "live_scene.hpp"
 #include "sensors/distance/emulators.hpp"
 #include "sensors/distance/modbus_emulator.hpp"
 #include "service/run_service.hpp"
@@ -23,8 +25,9 @@ const std::set<std::string> kFaults = {"garbage", "truncate", "flip",   "stall",
                                        "unplug",  "zero",     "broken", "dirty"};
 
 struct Options {
-  std::string device, port, recording, axis = "cart", config;
-  double from_m = 2, to_m = 20, speed_mps = 0.5, hz = 20, for_s = 0;
+  std::string device, port, recording, scene, axis = "cart", config;
+  EmulatedTrajectory::ToAndFro way;
+  double scene_speed_mps = 0, hz = 20, for_s = 0;
   double every_s = 10, lasts_s = 2;
   std::vector<std::string> faults;
   double unit_m = 0;
@@ -43,46 +46,15 @@ struct Options {
   }
 };
 
-/// To and fro between two distances, or what a recording's rangefinder read, round and round.
-class Trajectory {
- public:
-  static Result<Trajectory> of(const Options& o) {
-    Trajectory t(o);
-    if (o.recording.empty()) return t;
-    const auto recording = Recording::open(o.recording);
-    if (!recording) return recording.error();
-    t.start_ = recording->start();
-    t.period_ = recording->loop_period();
-    for (const RecordedDistance& d : o.axis == "cart" ? recording->cart() : recording->trolley())
-      if (std::isfinite(d.distance_m)) t.recorded_.push_back(d);
-    if (t.recorded_.size() < 2)
-      return Error{ErrorCode::kBadData, o.recording, "has no distances of axis " + o.axis, ""};
-    return t;
-  }
-  [[nodiscard]] double at(double seconds) const {
-    if (!recorded_.empty()) {
-      const TimeNs time =
-          start_ + std::max<TimeNs>(0, static_cast<TimeNs>(seconds * 1e9)) % period_;
-      std::size_t i = 1;
-      while (i + 1 < recorded_.size() && recorded_[i].time < time) ++i;
-      const RecordedDistance& a = recorded_[i - 1];
-      const RecordedDistance& b = recorded_[i];
-      const double share = double(time - a.time) / double(std::max<TimeNs>(b.time - a.time, 1));
-      return a.distance_m + (b.distance_m - a.distance_m) * std::clamp(share, 0.0, 1.0);
-    }
-    const double length = std::abs(o_.to_m - o_.from_m);
-    if (length == 0 || o_.speed_mps == 0) return o_.from_m;
-    const double way = std::fmod(std::abs(o_.speed_mps) * seconds, 2 * length);
-    const double share = (way < length ? way : 2 * length - way) / length;
-    return o_.from_m + (o_.to_m - o_.from_m) * share;
-  }
-
- private:
-  explicit Trajectory(const Options& o) : o_(o) {}
-  Options o_;
-  std::vector<RecordedDistance> recorded_;
-  TimeNs start_ = 0, period_ = 1;
-};
+/// Where the axis is. Error: of the recording or scene.
+Result<EmulatedTrajectory> trajectory_of(const Options& o) {
+  const bool cart = o.axis == "cart";
+  if (!o.recording.empty()) return EmulatedTrajectory::of_recording(o.recording, cart);
+  if (o.scene.empty()) return EmulatedTrajectory(o.way);
+  auto scene = read_live_scene(o.scene, {o.scene_speed_mps, 0, true});
+  if (!scene) return scene.error();
+  return EmulatedTrajectory::of_scene(std::move(*scene), cart);
+}
 
 /// The device of a configuration that names it, or of the command line.
 Result<RangefinderConfig> configured(const Options& o) {
@@ -104,7 +76,7 @@ Result<RangefinderConfig> configured(const Options& o) {
 
 /// A PLC with Modbus TCP. Of the faults those that its registers can have, unplug and stall.
 int emulate_modbus(const Options& o, RangefinderConfig config, const std::string& port,
-                   const Trajectory& trajectory) {
+                   const EmulatedTrajectory& trajectory) {
   config.port = port;
   log_info("emulates modbus at " + port);
   const Stopwatch watch;
@@ -139,7 +111,7 @@ int emulate_modbus(const Options& o, RangefinderConfig config, const std::string
 
 int emulate(const Options& o) {
   const auto config = configured(o);
-  const auto trajectory = Trajectory::of(o);
+  const auto trajectory = trajectory_of(o);
   const auto fail = [](const Error& error) {
     log_error(error.text());
     return exit_code(error);
@@ -212,10 +184,17 @@ Command add_emulate_command(CLI::App& app) {
                       "Name of the pseudo-terminal to make, tcp://address:port to listen on, or "
                       "udp://address:port to send to; default: the configuration's");
   command->add_option("--unit", o.unit_m, "Length of one count [m], where the device has none");
-  command->add_option("--from", o.from_m, "Nearest distance [m]")->capture_default_str();
-  command->add_option("--to", o.to_m, "Farthest distance [m]")->capture_default_str();
-  command->add_option("--speed", o.speed_mps, "To and fro [m/s]")->capture_default_str();
-  command->add_option("--recording", o.recording, "Distances of a recording instead");
+  command->add_option("--from", o.way.from_m, "Nearest distance [m]")->capture_default_str();
+  command->add_option("--to", o.way.to_m, "Farthest distance [m]")->capture_default_str();
+  command->add_option("--speed", o.way.speed_mps, "To and fro [m/s]")->capture_default_str();
+  auto* recording =
+      command->add_option("--recording", o.recording, "Distances of a recording instead");
+  command->add_option("--scene", o.scene, "Distances of a scene's crane, which drives, instead")
+      ->excludes(recording);
+  command
+      ->add_option("--scene-speed", o.scene_speed_mps,
+                   "Of the scene's crane [m/s]; 0 = the scene's")
+      ->check(CLI::Range(0.0, 10.0));
   command->add_option(
       "--start-at", o.start_at,
       "Wall time [ns] of the first distance; a camera that plays the same recording "

@@ -105,11 +105,70 @@ void draw_zone(cv::Mat& image, const client::Zone& zone, ToX to_x, ToY to_y) {
   text(image, label, at, 0.42, colour);
 }
 
+/// What the colour of a column says: its height, or how long ago it was seen [s].
+double value_of(const client::Height& c, const LiveOverlay* live) {
+  if (live == nullptr || !live->ages) return c.height_m;
+  return std::max(0.0, double(live->now - c.last_observed_ns) * 1e-9);
+}
+
+/// The highest value that has a colour of its own, and how it is written.
+struct Scale {
+  double high = 1, unit = 1;
+  std::string name;
+};
+Scale scale_of(std::vector<double> known, bool ages) {
+  const auto top = known.begin() + std::ptrdiff_t(double(known.size() - 1) * 0.999);
+  std::nth_element(known.begin(), top, known.end());
+  if (!ages) return {std::max(0.1, *top), 1, " m"};
+  const double high = std::max(10.0, *top);
+  return high > 7200  ? Scale{high, 3600, " h"}
+         : high > 300 ? Scale{high, 60, " min"}
+                      : Scale{high, 1, " s"};
+}
+
+template <class ToX, class ToY>
+void draw_crane(cv::Mat& image, const cv::Rect& area, const LiveOverlay& live, ToX to_x, ToY to_y) {
+  cv::Mat part = image(area);  // nothing is drawn beside the map
+  const auto at = [&](const LiveOverlay::Point& p) {
+    return cv::Point(to_x(p.x_m), to_y(p.y_m)) - area.tl();
+  };
+  const cv::Scalar white(255, 255, 255), black(0, 0, 0);
+  std::vector<cv::Point> corners;
+  for (const LiveOverlay::Point& p : live.footprint) corners.push_back(at(p));
+  if (!corners.empty())
+    for (const auto& [colour, width] : {std::pair{black, 4}, {white, 2}})
+      cv::polylines(part, std::vector<std::vector<cv::Point>>{corners}, true, colour, width,
+                    cv::LINE_AA);
+  if (!live.crane) return;
+  const cv::Point middle = at(*live.crane);
+  for (const auto& [colour, width] : {std::pair{black, 5}, {white, 2}}) {
+    cv::circle(part, middle, 12, colour, width, cv::LINE_AA);
+    cv::line(part, middle - cv::Point(22, 0), middle + cv::Point(22, 0), colour, width,
+             cv::LINE_AA);
+    cv::line(part, middle - cv::Point(0, 22), middle + cv::Point(0, 22), colour, width,
+             cv::LINE_AA);
+  }
+  const std::string label =
+      "crane " + metres(live.crane->x_m, 2) + ", " + metres(live.crane->y_m, 2);
+  const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, 0.46, 1, nullptr);
+  const cv::Point corner(std::clamp(middle.x + 16, 3, std::max(3, area.width - size.width - 4)),
+                         std::clamp(middle.y - 16, size.height + 4, std::max(20, area.height - 4)));
+  cv::rectangle(part, {corner.x - 3, corner.y - size.height - 3, size.width + 6, size.height + 8},
+                white, cv::FILLED);
+  text(part, label, corner, 0.46);
+}
+
 }  // namespace
+
+std::array<std::uint8_t, 3> height_colour(double share) {
+  const cv::Vec3b c = colour_of(share);
+  return {c[2], c[1], c[0]};
+}
 
 Result<void> draw_heights(const std::string& png_path, const client::HeightGrid& g,
                           const std::vector<ObstacleHeight>& obstacles,
-                          const std::vector<client::Zone>& zones, const std::string& title) {
+                          const std::vector<client::Zone>& zones, const std::string& title,
+                          const LiveOverlay* live) {
   if (g.cells.empty())
     return Error{ErrorCode::kNotAvailable, png_path, "there is no map to draw", ""};
   const Bounds b = known_part(g);
@@ -120,15 +179,16 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   const double px = std::clamp(1100.0 / columns, 0.25, 24.0);  // pixels a column
   const int width = int(columns * px);
   const int height = int(rows * px);
-  cv::Mat image(kTop + std::max(height, 130) + kBottom, kLeft + width + kRight, CV_8UC3,
+  const int foot = live == nullptr ? 0 : 12 + 22 * int(live->foot.size());
+  cv::Mat image(kTop + std::max(height, 130) + kBottom + foot, kLeft + width + kRight, CV_8UC3,
                 cv::Scalar(255, 255, 255));
 
+  const bool ages = live != nullptr && live->ages;
   std::vector<double> known;
   for (const client::Height& c : g.cells)
-    if (client::is_known(c.surface)) known.push_back(c.height_m);
-  const auto top = known.begin() + std::ptrdiff_t(double(known.size() - 1) * 0.999);
-  std::nth_element(known.begin(), top, known.end());
-  const double high = std::max(0.1, *top);
+    if (client::is_known(c.surface)) known.push_back(value_of(c, live));
+  const Scale scale = scale_of(known, ages);
+  const double high = scale.high;
 
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -136,7 +196,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
       const int row = b.row1 - 1 - int(y / px);
       const client::Height& c = g.cells[std::size_t(row) * g.columns + std::size_t(column)];
       image.at<cv::Vec3b>(kTop + y, kLeft + x) =
-          paint(pattern_of(c), x, y, colour_of(c.height_m / high));
+          paint(pattern_of(c), x, y, colour_of(value_of(c, live) / high));
     }
   cv::rectangle(image, {kLeft - 1, kTop - 1, width + 2, height + 2}, kInk);
 
@@ -163,6 +223,12 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   text(image, title, {kLeft, 34}, 0.62);
 
   for (const client::Zone& zone : zones) draw_zone(image, zone, to_x, to_y);
+  if (live != nullptr) {
+    draw_crane(image, {kLeft, kTop, width, height}, *live, to_x, to_y);
+    text(image, live->warning, {kLeft, 54}, 0.55, cv::Scalar(30, 30, 220));
+    int y = image.rows - foot + 8;
+    for (const std::string& line : live->foot) text(image, line, {kLeft, y}, 0.48), y += 22;
+  }
   for (const ObstacleHeight& o : obstacles) {
     if (o.columns == 0) continue;
     const std::string label = o.name + " " + metres(o.measured_m, 3) + " m";
@@ -181,7 +247,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
              cv::Scalar(colour_of(1 - double(y) / bar_height)));
   cv::rectangle(image, {bar_x, kTop, 23, bar_height}, kInk);
   for (int i = 0; i <= 4; ++i)
-    text(image, metres(high * (4 - i) / 4, 2) + (i == 0 ? " m" : ""),
+    text(image, metres(high / scale.unit * (4 - i) / 4, ages ? 0 : 2) + (i == 0 ? scale.name : ""),
          {bar_x + 30, kTop + bar_height * i / 4 + 5}, 0.42);
   const auto share = [&](Pattern pattern) {
     const auto count = std::count_if(g.cells.begin(), g.cells.end(),

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
       {"run", crane::add_run_command(app)},
       {"demo", crane::add_demo_command(app)},
       {"simulate", crane::add_simulate_command(app)},
+      {"calibrate", crane::add_calibrate_command(app)},
       {"watch", crane::add_watch_command(app)},
       {"evaluate", crane::add_evaluate_command(app)},
       {"query", crane::add_query_command(app)},
@@ -33,6 +34,9 @@ int main(int argc, char** argv) {
       {"config", crane::add_config_command(app)},
       {"serve", crane::add_serve_command(app)},
       {"emulate-camera", crane::add_emulate_camera_command(app)},
+      {"snapshot", crane::add_snapshot_command(app)},
+      {"record", crane::add_record_command(app)},
+      {"emulate-crane", crane::add_emulate_crane_command(app)},
       {"emulate", crane::add_emulate_command(app)},
   };
   app.footer(

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kServices[] = {"mapper", "stereo", "rangefinder", "camera"};
+constexpr const char* kServices[] = {"mapper", "stereo", "rangefinder", "camera", "clearance"};
 constexpr std::string_view kFirstLine =
     "results of cranemap run: the next run here replaces them\n";
 constexpr std::string_view kRunning = "running\n", kFinished = "finished\n";

@@ -10,8 +10,8 @@
 #include "bounds.h"
 #include "commands.hpp"
 #include "dds/shared_memory.hpp"
-#include "height_picture.hpp"
-#include "map_codec/octomap_file.hpp"
+#include "live_demo.hpp"
+#include "map_results.hpp"
 #include "progress.hpp"
 #include "recording/recording.hpp"
 #include "result_folder.hpp"
@@ -35,7 +35,33 @@ struct Options {
   std::string recording, out, config, method, rate = "max", network, stamps = "now";
   double voxel_m = -1;
   int domain = -1;
+  // demo --live
+  bool live = false;
+  std::string scene = "lap";
+  double live_rate_hz = 1, live_speed_mps = 0.15;
 };
+
+/// What a configuration file and the command line say of the services. Error: Configuration.
+Result<SiteConfig> configured(const Options& o, const std::string& file) {
+  SiteConfig config;
+  if (!file.empty()) {
+    auto read = read_site_config(file);
+    if (!read) return read;
+    config = std::move(*read);
+  }
+  if (o.voxel_m >= 0) config.mapper.voxel_m = o.voxel_m;
+  if (o.domain >= 0) config.dds.domain = static_cast<std::uint32_t>(o.domain);
+  if (o.network == "container") {
+    config.dds.network = NetworkSettings::Network::kContainer;
+    config.dds.shared_memory = false;
+  }
+  if (!o.method.empty()) {
+    const bool paper = o.method == "paper";
+    config.mapper.method = paper ? MapperConfig::Method::kPaper : MapperConfig::Method::kDefault;
+    config.stereo.paper = paper;
+  }
+  return config;
+}
 
 int fail(const Error& error) {
   log_error(error.text());
@@ -73,22 +99,9 @@ class Run {
     const auto has_own = is_there(own);
     if (!has_own) return has_own.error();
     const std::string file = options_.config.empty() && *has_own ? own : options_.config;
-    if (!file.empty()) {
-      auto read = read_site_config(file);
-      if (!read) return read.error();
-      config_ = *read;
-    }
-    if (options_.voxel_m >= 0) config_.mapper.voxel_m = options_.voxel_m;
-    if (options_.domain >= 0) config_.dds.domain = static_cast<std::uint32_t>(options_.domain);
-    if (options_.network == "container") {
-      config_.dds.network = NetworkSettings::Network::kContainer;
-      config_.dds.shared_memory = false;
-    }
-    if (!options_.method.empty()) {
-      const bool paper = options_.method == "paper";
-      config_.mapper.method = paper ? MapperConfig::Method::kPaper : MapperConfig::Method::kDefault;
-      config_.stereo.paper = paper;
-    }
+    auto read = configured(options_, file);
+    if (!read) return read.error();
+    config_ = std::move(*read);
     auto rate = parse_rate(options_.rate);
     if (!rate) return rate.error();
     rate_ = *rate;
@@ -161,7 +174,7 @@ class Run {
     for (;;) {
       if (auto played = follow_play(progress, watch); !played) return played;
       report_.wall_s = watch.ms() * 1e-3;
-      if (auto settled = settle(); !settled) return settled;
+      if (auto settled = settle_map(*map_, *services_, wakeup_); !settled) return settled;
       if (stop_requested() || !mapper_fell_back()) break;
       log_warning("the mapper went on from a map without the last frames: they are played again");
       for (const char* player : {"rangefinder", "camera"})
@@ -209,25 +222,6 @@ class Run {
     return {};
   }
 
-  /// Until the map that is published is the last one. The paper's method makes it after the last
-  /// cloud; it says so while it does.
-  Result<void> settle() {
-    constexpr double kQuietMs = 500;
-    std::uint64_t revision = 0;
-    Stopwatch since_change;
-    for (const Stopwatch watch; watch.ms() < 300'000 && !stop_requested();) {
-      const client::Status s = map_->status();
-      if (s.revision != revision) since_change = {};
-      revision = s.revision;
-      const bool making = !s.alive || s.reason_code == v1::MAP_BEING_MADE;
-      if (!making && since_change.ms() > kQuietMs && watch.ms() > (s.complete ? 1000 : 20'000))
-        break;
-      if (auto alive = services_->watch(); !alive) return alive;
-      wakeup_.wait_for(50ms);
-    }
-    return {};
-  }
-
   /// Whether the mapper was killed and its map on disk lacked frames that players would send again
   /// if they had not ended.
   bool mapper_fell_back() {
@@ -242,8 +236,8 @@ class Run {
   Result<void> close() {
     report_.map = map_->status();
     report_.voxels = map_->count_voxels();
-    const client::HeightGrid grid = map_->heights();
-    zones_ = map_->zones();
+    MapResults results{options_.out, fs::path(options_.recording) / "truth",
+                       fs::path(options_.recording).filename(), map_->heights(), map_->zones()};
     for (const char* name : {"camera", "rangefinder", "stereo"})
       if (auto stopped = services_->stop(name, 5000); !stopped) log_warning(stopped.error().text());
     auto saved = services_->stop("mapper", 300'000);
@@ -259,54 +253,14 @@ class Run {
     } else if (report_.map.last_frame + 1 < report_.frames) {
       report_.map.frames_missing += report_.frames - report_.map.last_frame - 1;
     }
-    auto written = write_results(grid);
-    folder_->finish();
-    return written;
-  }
-
-  Result<void> write_results(const client::HeightGrid& grid) {
-    const fs::path out = options_.out;
-    const fs::path truth = fs::path(options_.recording) / "truth";
     report_.recording = options_.recording;
     report_.method = config_.mapper.method == MapperConfig::Method::kPaper ? "paper" : "default";
     report_.rate = options_.rate;
     report_.network = network_name(config_.dds.network);
     report_.restarts = services_->restarts();
-    const auto has_obstacles = is_there(truth / "obstacles.yaml");
-    if (!has_obstacles) return has_obstacles.error();
-    if (*has_obstacles) {
-      auto obstacles = read_obstacles(truth / "obstacles.yaml");
-      if (!obstacles) return obstacles.error();
-      report_.heights = measure(grid, *obstacles);
-    }
-    const auto has_truth = is_there(truth / "height_map.png");
-    if (!has_truth) return has_truth.error();
-    if (*has_truth) {
-      auto solids = read_truth(truth);
-      if (!solids) return solids.error();
-      auto octree = read_octomap(out / "map.bt");
-      if (!octree) return octree.error();
-      auto judged = JudgedMap::from_file(*octree, solids->heights);
-      if (!judged) return judged.error();
-      report_.judgement = evaluate(*judged, *solids);
-      report_.judged = true;
-    }
-    if (!grid.cells.empty() && report_.voxels.occupied > 0) {
-      if (auto r = write_height_map(out / "height_map.png", to_height_map(grid)); !r) return r;
-      char title[128];
-      std::snprintf(title, sizeof title, "cranemap %s: %llu frames, voxel %.3f m, method %s",
-                    fs::path(options_.recording).filename().c_str(),
-                    static_cast<unsigned long long>(report_.map.frames_integrated),
-                    report_.map.voxel_m, report_.method.c_str());
-      if (auto r = draw_heights(out / "height_map_view.png", grid, report_.heights, zones_, title);
-          !r)
-        return r;
-    }
-    for (const char* name :
-         {"map.bt", "map.ot", "map.pcd", "height_map.png", "height_map_view.png"})
-      if (std::error_code none; fs::exists(out / name, none))
-        report_.files[name] = fs::file_size(out / name, none);
-    return write_json(out / "report.json", report_);
+    auto written = write_map_results(results, report_);
+    folder_->finish();
+    return written;
   }
 
   void take_statuses() {
@@ -324,7 +278,6 @@ class Run {
   std::unique_ptr<client::Map> map_;
   std::optional<Supervisor> services_;
   RunReport report_;
-  std::vector<client::Zone> zones_;
 };
 
 void add_common(CLI::App& command, Options& o) {
@@ -367,6 +320,18 @@ std::string demo_recording() {
          "share/cranemap/rig";
 }
 
+int run_live(const Options& o) {
+  LiveDemoOptions demo{o.scene, o.out, {}, o.live_rate_hz, o.live_speed_mps};
+  auto site = configured(o, o.config);
+  if (!site) return fail(site.error());
+  demo.site = std::move(*site);
+  if (auto good = parse_site_config(to_yaml(demo.site), "--config and options"); !good)
+    return fail(good.error());
+  const int code = run_live_demo(demo);
+  (void)dds::remove_stale_segments();
+  return code;
+}
+
 }  // namespace
 
 Command add_run_command(CLI::App& app) {
@@ -391,14 +356,28 @@ Command add_demo_command(CLI::App& app) {
   options->rate = "real";
   options->domain = 71;
   CLI::App* command = app.add_subcommand(
-      "demo", "Map the recording that ships with cranemap: the 2021 paper's rig, six positions.");
+      "demo",
+      "Map the recording that ships with cranemap: the 2021 paper's rig, six positions.\n"
+      "With --live: a crane without hardware drives through a scene; its camera is rendered as it\n"
+      "goes, its rangefinders answer on pseudo-terminals, all by the real drivers into the map.");
   options->recording = demo_recording();
   command->add_option("--recording", options->recording, "Another recording")
       ->capture_default_str();
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_common(*command, *options);
+  auto* live = command->add_flag("--live", options->live, "Emulated devices, not a recording");
+  command->add_option("--scene", options->scene, "Of --live: scene file, or one that ships")
+      ->capture_default_str();
+  command->add_option("--live-rate", options->live_rate_hz, "Pairs a second to be rendered")
+      ->check(CLI::Range(0.05, 30.0))
+      ->needs(live)
+      ->capture_default_str();
+  command->add_option("--live-speed", options->live_speed_mps, "Of the crane [m/s]")
+      ->check(CLI::Range(0.01, 2.0))
+      ->needs(live)
+      ->capture_default_str();
   return [options] {
-    const int code = run_and_clean(*options);
+    const int code = options->live ? run_live(*options) : run_and_clean(*options);
     if (code == kExitOk)
       std::printf(
           "\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer "

@@ -98,8 +98,8 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
 }
 
 void print(const RunReport& r) {
-  std::printf("\nframes      %zu recorded, %llu in the map, %llu rejected, %llu missing (%.1f s)\n",
-              r.frames, static_cast<unsigned long long>(r.map.frames_integrated),
+  std::printf("\nframes      %zu %s, %llu in the map, %llu rejected, %llu missing (%.1f s)\n",
+              r.frames, r.verb.c_str(), static_cast<unsigned long long>(r.map.frames_integrated),
               static_cast<unsigned long long>(r.map.frames_rejected),
               static_cast<unsigned long long>(r.map.frames_missing), r.wall_s);
   std::printf(

@@ -15,6 +15,7 @@ namespace crane {
 /// All that is known of a run when it has ended.
 struct RunReport {
   std::string recording, method, rate, network;
+  std::string verb = "recorded";  ///< of the frames, for people
   double wall_s = 0;
   std::size_t frames = 0;  ///< of the recording
   client::Status map;

@@ -23,8 +23,8 @@ constexpr int kStopMs = 5000;
 constexpr double kFirstWaitMs = 500, kLongestWaitMs = 4'000, kLivesMs = 10'000;
 
 struct Options {
-  std::string config, calibration, state, recording;
-  std::vector<std::string> services;
+  std::string site, config, calibration, state, recording;
+  std::vector<std::string> services = {"camera", "rangefinder", "stereo", "mapper", "clearance"};
   std::string rate = "real", stamps = "now";
   bool standby = false, log_json = false;
   bool live_camera = false;  ///< the configuration names one
@@ -107,7 +107,15 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
   return out;
 }
 
+/// A site's folder has its configuration and its calibration.
+void take_site(Options& o) {
+  if (o.site.empty()) return;
+  if (o.config.empty()) o.config = o.site + "/site.yaml";
+  if (o.calibration.empty()) o.calibration = o.site;
+}
+
 int serve(Options& options) {
+  take_site(options);
   if (!options.config.empty()) {
     auto config = read_site_config(options.config);
     if (!config) {
@@ -154,11 +162,18 @@ Command add_serve_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "serve",
       "Runs services of a crane on this host and starts again what ends; logs go to stderr.\n"
-      "Example: cranemap serve --config site.yaml --calibration calib --state state mapper stereo");
-  command->add_option("SERVICES", o.services, "Which of them")
-      ->required()
+      "Example: cranemap serve --config site.yaml --calibration calib --state state mapper stereo\n"
+      "         cranemap serve --site DIR");
+  command
+      ->add_option("SERVICES", o.services,
+                   "Which of them; default: camera rangefinder stereo mapper clearance")
       ->check(CLI::IsMember(
           {"camera", "rangefinder", "stereo", "mapper", "clearance", "ros2-mirror", "discovery"}));
+  command
+      ->add_option("--site", o.site,
+                   "Folder that has both: site.yaml, and the calibration beside it, as 'cranemap "
+                   "emulate-crane' writes it")
+      ->check(CLI::ExistingDirectory);
   command->add_option("--config", o.config, "Site configuration (YAML)")->check(CLI::ExistingFile);
   command->add_option("--calibration", o.calibration,
                       "Folder with cam0/sensor.yaml, cam1/sensor.yaml and rig.yaml");

@@ -1,9 +1,9 @@
 #include <CLI/CLI.hpp>
-#include <filesystem>
 
 #include "base/log.hpp"
 #include "base/read_file.hpp"
 #include "commands.hpp"
+#include "live_scene.hpp"
 #include "progress.hpp"
 #include "service/exit_code.hpp"
 #include "service/run_service.hpp"
@@ -12,26 +12,12 @@
 namespace crane {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Options {
   std::string scene;
   SimulateOptions simulate;
   long long seed = -1;
   std::vector<std::string> faults;
 };
-
-/// A file, or the name of a scene that ships with cranemap.
-std::string scene_file(const std::string& scene) {
-  std::error_code failed;
-  const fs::path shipped = fs::read_symlink("/proc/self/exe", failed).parent_path().parent_path() /
-                           "share/cranemap/scenes";
-  if (fs::exists(scene, failed)) return scene;
-  for (const fs::path& file :
-       {shipped / (scene + ".yaml"), shipped / "workshop" / (scene + ".yaml")})
-    if (fs::exists(file, failed)) return file;
-  return scene;
-}
 
 int run(Options& options) {
   const auto fail = [](const Error& error) {

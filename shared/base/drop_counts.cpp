@@ -125,6 +125,10 @@ constexpr Row kTable[] = {
     {Cause::kHalvesSwapped, "left and right swapped"},
     {Cause::kPacketsLost, "frame with packets lost on the network"},
     {Cause::kNoCaptureTime, "frame without the time of its exposure"},
+    {Cause::kRecordTooSlow, "disk or processor too slow to record it"},
+    {Cause::kRecordNoRoom, "could not be written to the recording"},
+    {Cause::kRecordOtherTime, "no later than the one before, or of another hour"},
+    {Cause::kRecordUnplaced, "frame before the first positions"},
 };
 
 const Row* find(Cause cause) {

@@ -134,6 +134,11 @@ enum class Cause : std::uint32_t {
   kHalvesSwapped = 178,
   kPacketsLost = 179,
   kNoCaptureTime = 180,
+  // Recorder.
+  kRecordTooSlow = 186,
+  kRecordNoRoom = 187,
+  kRecordOtherTime = 188,
+  kRecordUnplaced = 189,
 };
 
 /// As it is published and read by people: at most 63 characters. Never empty.

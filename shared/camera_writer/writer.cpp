@@ -16,19 +16,10 @@ constexpr const char* kOutOfMemory = "out of memory";  // so short that a string
 
 dds::Settings settings_of(const Options& o) {
   dds::Settings s;
+  static_cast<NetworkSettings&>(s) = o;
   s.guest = true;
   s.crane = o.crane;
-  s.domain = o.domain;
-  s.transport = o.network == Options::Network::kLocal && o.shared_memory ? dds::Transport::kAuto
-                                                                         : dds::Transport::kUdp;
-  s.multicast = o.network != Options::Network::kPlant;
-  s.interfaces = o.interfaces;
-  s.servers = o.servers;
-  s.peers = o.peers;
-  s.security = o.security;
-  s.identity = o.identity;
-  s.profile_file = o.profile_file;
-  s.profile_name = o.profile_name;
+  if (s.identity.empty()) s.identity = "camera";
   return s;
 }
 

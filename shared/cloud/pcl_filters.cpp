@@ -3,6 +3,7 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
@@ -92,6 +93,17 @@ Result<void> write_pcd(const std::string& path, const PointCloud& cloud) {
     if (cloud.empty())
       return Error{ErrorCode::kNotAvailable, path, "there is no point to write", ""};
     if (pcl::io::savePCDFileBinary(path, *to_pcl(cloud)) == 0) return {};
+  } catch (const std::exception& e) {
+    return failed(path, e);
+  }
+  return Error{ErrorCode::kResource, path, "cannot be written", "check permissions and free space"};
+}
+
+Result<void> write_ply(const std::string& path, const PointCloud& cloud) {
+  try {
+    if (cloud.empty())
+      return Error{ErrorCode::kNotAvailable, path, "there is no point to write", ""};
+    if (pcl::io::savePLYFileBinary(path, *to_pcl(cloud)) == 0) return {};
   } catch (const std::exception& e) {
     return failed(path, e);
   }

@@ -17,6 +17,8 @@ Result<PointCloud> voxel_grid(const PointCloud& cloud, double leaf_m);
 
 /// Binary PCD with colour, as pcl_viewer and CloudCompare open it. Error: Resource.
 Result<void> write_pcd(const std::string& path, const PointCloud& cloud);
+/// The same as binary PLY, for MeshLab, Blender and CloudCompare.
+Result<void> write_ply(const std::string& path, const PointCloud& cloud);
 /// Error: BadData.
 Result<PointCloud> read_pcd(const std::string& path);
 

@@ -102,11 +102,17 @@ class Transport final : public ert::ChainingTransport {
     thread_local guard::Verdict verdict;
     guard_->check({buffer, size}, source_of(remote), now, verdict);
     if (verdict.refusal != guard::Refusal::kNone) return refuse(verdict.refusal);
-    if (verdict.patches.empty()) return hand_on(next, buffer, size, local, remote);
-    thread_local std::vector<rtps::octet> patched;
-    patched.assign(buffer, buffer + size);
-    verdict.patches.apply(patched);
-    hand_on(next, patched.data(), size, local, remote);
+    if (verdict.patches.empty()) {
+      hand_on(next, buffer, size, local, remote);
+    } else {
+      thread_local std::vector<rtps::octet> patched;
+      patched.assign(buffer, buffer + size);
+      verdict.patches.apply(patched);
+      hand_on(next, patched.data(), size, local, remote);
+    }
+    if (!verdict.assembled.empty())
+      hand_on(next, verdict.assembled.data(), static_cast<std::uint32_t>(verdict.assembled.size()),
+              local, remote);
   }
 
  private:

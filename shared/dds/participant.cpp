@@ -256,6 +256,15 @@ std::uint64_t Participant::refused_datagrams() const {
   return impl_->guard->refused;
 }
 
+std::vector<std::pair<std::string, std::uint64_t>> Participant::refusals() const {
+  std::vector<std::pair<std::string, std::uint64_t>> out;
+  const auto& counts = impl_->guard->by_refusal;
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (const std::uint64_t n = counts[i]; n > 0)
+      out.emplace_back(guard::text(static_cast<guard::Refusal>(i)), n);
+  return out;
+}
+
 const Settings& Participant::settings() const {
   return impl_->settings;
 }

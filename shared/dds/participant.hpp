@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
@@ -46,6 +49,8 @@ class Participant {
   [[nodiscard]] TimeNs certificate_expires() const;
   /// Datagrams that were refused before Fast DDS saw them.
   [[nodiscard]] std::uint64_t refused_datagrams() const;
+  /// ... and why: reasons that there were, in words, and how often.
+  [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> refusals() const;
 
   /// Of one made by within(): the host, or what was made in it, was deleted before this was. No
   /// reader or writer may be used any more; they may be destroyed.

@@ -69,19 +69,21 @@ int shm_open(const char* name, int flags, mode_t mode) {
 }
 
 /// As POSIX has it; in a tmpfs the memory is there when this returns, or it
-/// fails with ENOSPC and the file is empty. Without, a full tmpfs ends the
-/// process by SIGBUS at some later write.
+/// fails with ENOSPC and the file is as it was: it never shrinks under somebody
+/// who has it mapped. Without, a full tmpfs ends the process by SIGBUS at some
+/// later write.
 int ftruncate(int file, off_t size) noexcept {
   constexpr decltype(statfs::f_type) kTmpfs = 0x01021994;
-  if (syscall(SYS_ftruncate, file, size) != 0) return -1;
   struct statfs in {};
-  if (size == 0 || fstatfs(file, &in) != 0 || in.f_type != kTmpfs) return 0;
-  int failed = EINTR;
-  while (failed == EINTR) failed = posix_fallocate(file, 0, size);
-  if (failed == 0) return 0;
-  syscall(SYS_ftruncate, file, off_t{0});
-  errno = failed;
-  return -1;
+  if (size > 0 && fstatfs(file, &in) == 0 && in.f_type == kTmpfs) {
+    int failed = EINTR;
+    while (failed == EINTR) failed = posix_fallocate(file, 0, size);
+    if (failed != 0) {
+      errno = failed;
+      return -1;
+    }
+  }
+  return static_cast<int>(syscall(SYS_ftruncate, file, size));
 }
 
 }  // extern "C"

@@ -97,6 +97,13 @@ std::size_t remove_file(const fs::path& path) {
   return fs::remove(path, failed) ? 1 : 0;
 }
 
+/// That a segment is nobody's, or not there: its lock alone does not say so. Who was stopped for a
+/// second between making the lock and taking it holds one that has no name.
+bool is_free(const fs::path& segment) {
+  if (!is_something(segment)) return true;
+  return !is_squatted(segment) && Unused(segment).holds();
+}
+
 std::vector<std::string> names_in(const fs::path& directory) {
   std::vector<std::string> names;
   std::error_code failed;
@@ -219,10 +226,14 @@ std::size_t remove_stale_segments(const std::string& directory) {
       const TryLock lock(dir / name);
       if (!lock.held()) continue;
       const std::string prefix = name.substr(std::string(kLockPrefix).size());
+      bool all_gone = true;
       for (const std::string& segment : names)
-        if (segment.starts_with("fast_datasharing_" + prefix) && !is_squatted(dir / segment))
-          removed += remove_file(dir / segment);
-      removed += remove_file(dir / name);
+        if (segment.starts_with("fast_datasharing_" + prefix) && !is_squatted(dir / segment)) {
+          const std::size_t gone = is_free(dir / segment) ? remove_file(dir / segment) : 0;
+          removed += gone;
+          all_gone &= gone > 0;
+        }
+      if (all_gone) removed += remove_file(dir / name);
     } else if (name.starts_with(kClaimPrefix)) {
       const std::string port = kPortPrefix + name.substr(std::string(kClaimPrefix).size());
       if (const TryLock lock(dir / name); lock.held() && !is_something(dir / port))
@@ -231,8 +242,8 @@ std::size_t remove_stale_segments(const std::string& directory) {
                name.ends_with("_el")) {
       const TryLock exclusive(dir / name);
       const fs::path segment = dir / name.substr(0, name.size() - 3);
-      if (!exclusive.held() || is_squatted(segment)) continue;
-      removed += remove_file(segment) + remove_file(dir / name);
+      if (exclusive.held() && is_free(segment))
+        removed += remove_file(segment) + remove_file(dir / name);
     }
   }
   return removed;

@@ -85,7 +85,9 @@ void apply(const QosSpec& spec, bool zero_copy, Qos& qos) {
 /// Registered by us, now or before: within a host somebody else's may be there.
 template <class Type>
 Result<std::string> type_of(Participant::Impl& p) {
-  fdds::TypeSupport type(new Type());
+  // Of the maps within a host each has a crane of its own, and one type.
+  const bool one_crane = p.settings.partition && !p.hosted;
+  fdds::TypeSupport type(new Type(one_crane ? p.settings.crane : 0));
   const std::string name = type.get_type_name();
   const fdds::TypeSupport there = p.participant->find_type(name);
   if (!there.empty() && dynamic_cast<const Type*>(there.get()) == nullptr)

@@ -3,6 +3,7 @@
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
+#include <fstream>
 #include <memory>
 #include <sstream>
 
@@ -62,6 +63,23 @@ Result<OctomapFile> read_octomap(const std::string& path) {
   const auto file = read_file(path, kMaxOctomapBytes);
   if (file) return decode_octomap({file->begin(), file->end()}, path);
   return file.error().code == ErrorCode::kResource ? file.error() : bad(path, file.error().what);
+}
+
+Result<void> convert_bt_to_ot(const std::string& bt_path, const std::string& ot_path) {
+  const auto file = read_file(bt_path, kMaxOctomapBytes);
+  if (!file) return file.error();
+  const auto header =
+      check_octomap({reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, bt_path);
+  if (!header) return header.error();
+  std::istringstream stream(*file);
+  octomap::OcTree tree(header->voxel_m);
+  if (!header->binary || !tree.readBinary(stream)) return bad(bt_path, "is no OctoMap binary tree");
+  std::ofstream out(ot_path, std::ios::binary);
+  const bool written = tree.write(out);
+  out.close();
+  if (written && out) return {};
+  return Error{ErrorCode::kResource, ot_path, "cannot be written",
+               "check permissions and free space"};
 }
 
 }  // namespace crane

@@ -31,6 +31,10 @@ inline constexpr std::uint64_t kMaxOctomapNodes = 50'000'000;
 /// nodes than it declares, or is neither OcTree nor ColorOcTree.
 Result<OctomapFile> read_octomap(const std::string& path);
 
+/// Writes a .bt file as .ot, without colour: for viewers that open nothing else.
+/// Error: as read_octomap(); Resource when it cannot be written.
+Result<void> convert_bt_to_ot(const std::string& bt_path, const std::string& ot_path);
+
 /// What the header and the bytes of such a file promise, checked without making a tree: every node
 /// lies within the bytes, none lies deeper than OctoMap's 16 levels, their number is the declared
 /// one and nothing follows the last. Memory O(1). Error: BadData.

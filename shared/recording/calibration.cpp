@@ -233,4 +233,11 @@ Result<RangefinderModel> read_rangefinder(const std::string& path) {
   return model;
 }
 
+Result<void> write_rangefinder(const std::string& path, const RangefinderModel& model) {
+  std::ostringstream s;
+  s << "sensor_type: rangefinder\naccuracy_m: " << model.accuracy_m
+    << "\nrange_m: " << model.range_m << "\nrate_hz: " << model.rate_hz << "\n";
+  return write_text(path, s.str());
+}
+
 }  // namespace crane

@@ -19,5 +19,7 @@ struct RangefinderModel {
   double accuracy_m = 0.003, range_m = 40, rate_hz = 20;
 };
 Result<RangefinderModel> read_rangefinder(const std::string& path);
+/// Error: Resource.
+Result<void> write_rangefinder(const std::string& path, const RangefinderModel& model);
 
 }  // namespace crane

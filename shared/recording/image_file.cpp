@@ -114,6 +114,24 @@ Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int 
   return file.error();
 }
 
+Result<std::vector<std::uint8_t>> encode_image(const Image& image, const std::string& format,
+                                               int jpeg_quality) {
+  expects(image.bytes.size() == std::size_t(image.width) * image.height * image.channels,
+          "bytes fit the image size");
+  const cv::Mat mat(static_cast<int>(image.height), static_cast<int>(image.width),
+                    image.channels == 3 ? CV_8UC3 : CV_8UC1,
+                    const_cast<std::uint8_t*>(image.bytes.data()));
+  std::vector<std::uint8_t> bytes;
+  try {
+    if (cv::imencode("." + format, mat, bytes,
+                     {cv::IMWRITE_JPEG_QUALITY, jpeg_quality, cv::IMWRITE_PNG_COMPRESSION, 1}))
+      return bytes;
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::kResource, format, e.err, ""};
+  }
+  return Error{ErrorCode::kResource, format, "cannot be encoded", ""};
+}
+
 Result<void> write_image(const std::string& path, const Image& image) {
   expects(image.bytes.size() == std::size_t(image.width) * image.height * image.channels,
           "bytes fit the image size");

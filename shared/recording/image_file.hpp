@@ -19,6 +19,9 @@ Result<Image> read_image(const std::string& path, std::uint64_t max_pixels, int 
 Result<Image> decode_image(const std::vector<std::uint8_t>& file, const std::string& name,
                            std::uint64_t max_pixels, int bits = 0);
 
+/// A file's bytes: "png" (lossless) or "jpg". Error: Resource.
+Result<std::vector<std::uint8_t>> encode_image(const Image& image, const std::string& format,
+                                               int jpeg_quality = 95);
 /// Writes by extension: .png or .jpg (quality 95). Error: Resource.
 Result<void> write_image(const std::string& path, const Image& image);
 

@@ -39,13 +39,12 @@ Result<RecordingWriter> RecordingWriter::create(const std::string& folder, const
   }
   for (const char* axis : {"cart0", "trolley0"}) {
     std::filesystem::create_directories(folder + "/" + axis, failed);
-    std::ofstream sensor(folder + "/" + axis + "/sensor.yaml");
-    sensor << "sensor_type: rangefinder\naccuracy_m: " << rangefinder.accuracy_m
-           << "\nrange_m: " << rangefinder.range_m << "\nrate_hz: " << rangefinder.rate_hz << "\n";
+    auto sensor = write_rangefinder(folder + "/" + axis + "/sensor.yaml", rangefinder);
+    if (!sensor) return sensor.error();
     std::ofstream& data = axis[0] == 'c' ? w.cart_ : w.trolley_;
     data.open(folder + "/" + axis + "/data.csv");
     data << "#timestamp [ns],distance [m]\n";
-    if (!sensor || !data) return disk_error(folder + "/" + axis);
+    if (!data) return disk_error(folder + "/" + axis);
   }
   return w;
 }

@@ -9,7 +9,9 @@
 namespace crane::guard {
 namespace {
 
-constexpr std::uint32_t kLongestLeaseSeconds = 60;
+/// Fast DDS looks up a newcomer's readers and writers without the lock that keeps it from being
+/// forgotten meanwhile.
+constexpr std::uint32_t kShortestLeaseSeconds = 1, kLongestLeaseSeconds = 60;
 constexpr std::size_t kMostLocators = 32;
 
 /// PL_CDR in either byte order; nothing else is discovery.
@@ -79,9 +81,9 @@ class ListReader {
   Refusal lease(const Parameter& p) {
     Cursor c(p.value, little_);
     const std::uint32_t seconds = c.u32();
-    out_.lease_seconds = std::min(seconds, kLongestLeaseSeconds);
-    if (seconds >= kLongestLeaseSeconds) {
-      patches_.put32(offset_ + p.offset + 4, kLongestLeaseSeconds, little_);
+    out_.lease_seconds = std::clamp(seconds, kShortestLeaseSeconds, kLongestLeaseSeconds);
+    if (seconds != out_.lease_seconds || seconds == kLongestLeaseSeconds) {
+      patches_.put32(offset_ + p.offset + 4, out_.lease_seconds, little_);
       patches_.put32(offset_ + p.offset + 8, 0, little_);
     }
     return Refusal::kNone;

@@ -60,8 +60,8 @@ struct BuiltinContext {
 };
 
 /// A payload with its encoding of 4 bytes, of a built-in writer, read whole; offset is that of the
-/// payload in the datagram. What stays in Fast DDS's reach of an announcement: a lease of at most a
-/// minute, the sender's own addresses; no type and no filter, which nobody here uses and whose
+/// payload in the datagram. What stays in Fast DDS's reach of an announcement: a lease of a second
+/// to a minute, the sender's own addresses; no type and no filter, which nobody here uses and whose
 /// readers recurse.
 Refusal read_builtin(std::uint32_t writer, Bytes payload, std::size_t offset,
                      const BuiltinContext& context, Announcement& out, Patches& patches);

@@ -6,6 +6,7 @@
 
 #include "rtps_guard/builtin.hpp"
 #include "rtps_guard/participants.hpp"
+#include "rtps_guard/reassembly.hpp"
 
 namespace crane::guard {
 
@@ -22,6 +23,8 @@ struct Options {
 struct Verdict {
   Refusal refusal = Refusal::kNone;
   Patches patches;  ///< what must be changed before it is handed on
+  /// A message to hand on after it: what came in parts, of which this was the last. Mostly empty.
+  std::vector<std::uint8_t> assembled;
 };
 
 /// Reads every datagram before Fast DDS does: lets through what it knows, whole, and refuses the
@@ -44,19 +47,25 @@ class Guard {
   Refusal submessage(const Submessage& s, Message& m);
   Refusal secured(MessageWalk& walk, const Submessage& prefix, Message& m);
   Refusal data(const Submessage& s, Message& m);
-  Refusal data_frag(const Submessage& s, Message& m);
+  Refusal data_frag(const Submessage& s, Message& m, bool plain_only);
   Refusal heartbeat(const Submessage& s, Message& m);
   Refusal gap(const Submessage& s, Message& m);
-  Refusal payload(std::uint32_t writer, Bytes bytes, std::size_t offset, Message& m,
+  Refusal payload(std::uint32_t writer, Bytes bytes, std::size_t offset, bool again, Message& m,
                   Disposal& disposal);
-  Refusal inline_qos(Cursor& c, std::uint32_t writer, Message& m, Disposal& out);
-  void dispose(std::uint32_t writer, const Disposal& disposal, Message& m);
-  Refusal remember(std::uint32_t writer, const Announcement& announced, Message& m);
+  Refusal inline_qos(Cursor& c, std::size_t offset, std::uint32_t writer, Message& m,
+                     Disposal& out);
+  static bool has_come(std::uint32_t reader, std::uint32_t writer, std::uint64_t number,
+                       const Message& m);
+  Refusal sample(std::uint32_t reader, std::uint32_t writer, std::uint64_t number, Message& m);
+  Refusal end(const Submessage& s, std::uint32_t writer, const Disposal& disposal, Message& m);
+  Refusal remember(std::uint32_t writer, const Announcement& announced, bool again, Message& m);
   Refusal writer_of(std::uint32_t entity, Message& m, Writer*& out);
   Refusal numbers_of(std::uint32_t reader, std::uint32_t writer, Message& m, NumberTrack*& out,
                      std::uint64_t& low);
   void forget_numbers(Participant& participant, std::uint32_t writer);
   void track(NumberTrack& numbers, std::uint64_t from, std::uint64_t to);
+  Refusal handshake_part(const Submessage& s, const Fragment& f, std::uint32_t reader, Bytes bytes,
+                         Message& m);
   void bound_fragments();
 
   Options options_;
@@ -65,6 +74,7 @@ class Guard {
   Prefix self_{};  ///< zeros: not known yet
   Participants participants_;
   NumberBudget budget_;
+  Reassembly handshakes_;
   std::size_t fragments_ = 0;  ///< samples that came in fragments, of all writers: an upper bound
 };
 

@@ -48,7 +48,8 @@ bool MessageWalk::next(Submessage& out) {
     length = kStatisticsBytes;
   }
   // Zero: up to the end, except where nothing follows by nature.
-  if (length == 0 && out.id != kPad && out.id != kInfoTs) length = left;
+  out.to_the_end = length == 0 && out.id != kPad && out.id != kInfoTs;
+  if (out.to_the_end) length = left;
   if (length > left) return refuse(Refusal::kLength);
   if (length % 4 != 0 && length != left) return refuse(Refusal::kUnaligned);
   out.body = datagram_.subspan(at_, length);

@@ -38,8 +38,9 @@ struct Header {
 
 struct Submessage {
   std::uint8_t id = 0, flags = 0;
-  Bytes body;              ///< without its header of 4 bytes
-  std::size_t offset = 0;  ///< of the body in the datagram
+  Bytes body;               ///< without its header of 4 bytes
+  std::size_t offset = 0;   ///< of the body in the datagram
+  bool to_the_end = false;  ///< its length is said to be 0: all that is left
   [[nodiscard]] bool little() const { return (flags & 1U) != 0; }
 };
 

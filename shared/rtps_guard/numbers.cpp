@@ -5,33 +5,28 @@
 namespace crane::guard {
 namespace {
 
-/// More gaps than these are open nowhere: what comes then is not remembered as received, so that
-/// less is believed to be there than is.
-constexpr std::size_t kMostRanges = 512;
+constexpr std::size_t kMostRanges = 2048;
 
 }  // namespace
 
-void NumberBudget::fill(Clock::time_point now) {
-  if (filled_ != Clock::time_point{}) {
-    const double passed_s = std::chrono::duration<double>(now - filled_).count();
-    left_ = std::min(double(kAtOnce), left_ + passed_s * kPerSecond);
-    holdable_ = std::min(double(kHeld), holdable_ + passed_s * kHeldPerSecond);
-  }
-  filled_ = now;
-}
-
 std::uint64_t NumberBudget::take(std::uint64_t wanted, Clock::time_point now) {
-  fill(now);
-  const auto given = std::min(wanted, static_cast<std::uint64_t>(left_));
-  left_ -= double(given);
+  const auto given = std::min(wanted, static_cast<std::uint64_t>(walked_.left(now)));
+  walked_.take(now, double(given));
   return given;
 }
 
 bool NumberBudget::hold(std::uint64_t wanted, Clock::time_point now) {
-  fill(now);
-  if (held + wanted > kHeld || double(wanted) > holdable_) return false;
-  holdable_ -= double(wanted);
-  return true;
+  return held + wanted <= kHeld && holdable_.take(now, double(wanted));
+}
+
+bool NumberTrack::has(std::uint64_t number) const {
+  return number <= low_ || std::any_of(above_.begin(), above_.end(), [number](const Range& r) {
+           return r.from <= number && number < r.to;
+         });
+}
+
+bool NumberTrack::has_room() const {
+  return above_.size() < kMostRanges;
 }
 
 bool NumberTrack::is_new_heartbeat(std::uint32_t count) {

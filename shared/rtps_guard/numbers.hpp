@@ -1,12 +1,11 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <vector>
 
-namespace crane::guard {
+#include "rtps_guard/allowance.hpp"
 
-using Clock = std::chrono::steady_clock;
+namespace crane::guard {
 
 /// How many sequence numbers may be walked: so many at once, and so many a second again. Fast DDS
 /// goes through what a heartbeat or gap declares lost one by one, with the reader's lock held: 0.12
@@ -18,6 +17,7 @@ class NumberBudget {
   static constexpr std::uint64_t kGapCosts = 2;
   static constexpr std::uint64_t kHeld = 1U << 20U;  ///< 64 bytes each in Fast DDS
   static constexpr std::uint64_t kHeldPerSecond = 1U << 14U;
+  static constexpr std::uint64_t kHeldOfOne = 1024;  ///< that each participant may have beyond that
   static constexpr std::uint64_t kLongestGap = 1U << 22U;  ///< that is walked from number 1 on
 
   /// As many of `wanted` as may be walked now.
@@ -29,10 +29,8 @@ class NumberBudget {
   std::uint64_t held = 0;  ///< by all writers
 
  private:
-  void fill(Clock::time_point now);
-
-  double left_ = double(kAtOnce), holdable_ = double(kHeld);
-  Clock::time_point filled_{};
+  Allowance walked_{double(kAtOnce), double(kPerSecond)};
+  Allowance holdable_{double(kHeld), double(kHeldPerSecond)};
 };
 
 /// What a reliable reader of Fast DDS has of one writer's numbers (rtps/reader/WriterProxy.cpp):
@@ -47,6 +45,9 @@ class NumberTrack {
   void begin_at(std::uint64_t first);
   /// As if nothing had come: Fast DDS knows the writer no more.
   void forget() { *this = NumberTrack(); }
+  [[nodiscard]] bool has(std::uint64_t number) const;
+  /// Whether one may be apart from the rest: more gaps than some thousands are open nowhere.
+  [[nodiscard]] bool has_room() const;
   /// These have come, or never will: [from, to).
   void add(std::uint64_t from, std::uint64_t to);
 

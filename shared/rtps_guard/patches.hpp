@@ -13,6 +13,8 @@ class Patches {
  public:
   void clear() { all_.clear(); }
   [[nodiscard]] bool empty() const { return all_.empty(); }
+  /// A submessage whose header is there becomes padding, of the same length.
+  void skip_submessage(std::size_t header) { all_.push_back({header, 1, {1}}); }
   /// Two bytes of any value, or a number of 4 or 8 bytes.
   void zero16(std::size_t at) { all_.push_back({at, 2, {}}); }
   void put32(std::size_t at, std::uint32_t value, bool little) {

@@ -48,8 +48,8 @@ std::string_view text(Refusal refusal) {
       return "a larger sample than its topic has";
     case Refusal::kNumberJump:
       return "a jump of sequence numbers that would be walked too long";
-    case Refusal::kTooManyWriters:
-      return "too many writers of one participant";
+    case Refusal::kTooManyEndpoints:
+      return "too many endpoints of one participant, or new ones at once";
     case Refusal::kForeignLocator:
       return "an announcement that names only other hosts' addresses";
     case Refusal::kForeignIdentity:

@@ -30,7 +30,7 @@ enum class Refusal : std::uint8_t {
   kFragmentsDisagree,  ///< with another fragment of the same sample or writer
   kSampleSize,         ///< a larger sample than the topic has
   kNumberJump,         ///< numbers that would be walked for too long, or held in memory
-  kTooManyWriters,     ///< of one participant
+  kTooManyEndpoints,   ///< of one participant, or new ones at once
   kForeignLocator,     ///< an announcement that only names other hosts' addresses
   kForeignIdentity,    ///< speaks for another participant
   kSpoofedSource,      ///< a known participant from an address that is not its own

@@ -59,7 +59,7 @@ class Text {
   }
   void gauge(const Gauge& g, bool first) {
     const std::string full = "cranemap_" + g.name;
-    if (first) family(full.c_str(), "gauge", g.help.c_str());
+    if (first) family(full.c_str(), g.counts ? "counter" : "gauge", g.help.c_str());
     value(full, g.value, g.label);
   }
   [[nodiscard]] std::string str() const { return text_.str(); }

@@ -13,8 +13,9 @@ struct Gauge {
   std::string name;  ///< without "cranemap_"
   std::string help;  ///< one line
   double value = 0;
-  std::string label;  ///< further ones, `reason="no_clouds"`; may be empty. Those of one name
-                      ///< follow each other
+  std::string label;    ///< further ones, `reason="no_clouds"`; may be empty. Those of one name
+                        ///< follow each other
+  bool counts = false;  ///< a counter: it only rises
 };
 
 /// A service's status in Prometheus' text format, with what the process itself uses.

@@ -119,6 +119,9 @@ void StatusReporter::tick(bool now) {
   std::vector<Gauge> all = gauges;
   for (const auto& [name, value] : values)
     all.push_back({name, "See the service's README.", value, {}});
+  for (const auto& [reason, count] : participant_->refusals())
+    all.push_back({"datagrams_refused_total", "Datagrams that were refused, by reason.",
+                   double(count), "reason=\"" + reason + "\"", true});
   if (certificate_expires_ > 0)
     all.push_back({"certificate_expires_time_seconds",
                    "When the certificate or its CA expires, Unix epoch.",

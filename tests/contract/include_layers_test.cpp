@@ -30,8 +30,8 @@ const std::map<std::string, std::string> kLibraries = {
     {"embree", "embree3/"}, {"zstd", "zstd.h"},      {"eigen", "Eigen/"},
     {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
     {"boost", "boost/"},    {"systemd", "systemd/"}, {"openssl", "openssl/"},
-    {"jpeg", "jpeglib.h"},  {"modbus", "modbus/"},   {"aravis", "arv.h"},
-    {"gstreamer", "gst/"},
+    {"jpeg", "jpeglib.h"},  {"modbus", "modbus/"},   {"ceres", "ceres/"},
+    {"aravis", "arv.h"},    {"gstreamer", "gst/"},
 };
 
 const std::map<std::string, Layer> kLayers = {
@@ -42,6 +42,8 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
     {"shared/imaging", {{"base"}, {"opencv", "jpeg"}}},
     {"shared/recording", {{"base", "geometry", "config", "imaging"}, {"eigen", "opencv"}}},
+    {"shared/calibration",
+     {{"base", "geometry", "imaging", "recording"}, {"eigen", "opencv", "ceres", "openssl"}}},
     {"shared/sensors",
      {{"base", "geometry", "config", "imaging", "recording"}, {"modbus", "aravis", "gstreamer"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
@@ -65,9 +67,10 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base", "geometry", "config", "imaging", "recording", "sensors", "sim", "stereo", "cloud",
-       "motion", "mapping", "watchdog", "map_codec", "mapping_pipeline", "dds", "map_sync",
-       "service", "client", "evaluation"},
+     {{"base",        "geometry", "config",   "imaging",   "recording",
+       "calibration", "sensors",  "sim",      "stereo",    "cloud",
+       "motion",      "mapping",  "watchdog", "map_codec", "mapping_pipeline",
+       "dds",         "map_sync", "service",  "client",    "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 

@@ -1,6 +1,6 @@
 // Serves tiles, takes frames and answers commands until it is ended: what datagram_guard_test
-// attacks. usage: guard_victim DOMAIN guarded|bare [SECURITY]    with a folder of DDS Security, as
-// its mapper
+// attacks. usage: guard_victim DOMAIN guarded|bare loopback|all [SECURITY]    on these interfaces;
+// with a folder of DDS Security, as its mapper
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -23,21 +23,22 @@ std::shared_ptr<T> shared(T&& reader) {
 
 int main(int argc, char** argv) {
   using namespace crane;
-  if (argc != 3 && argc != 4) return 2;
+  if (argc != 4 && argc != 5) return 2;
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   dds::Settings settings;
   settings.domain = static_cast<std::uint32_t>(std::atoi(argv[1]));
   settings.shared_memory = false;
   settings.guard_datagrams = std::strcmp(argv[2], "guarded") == 0;
-  if (argc == 4) {
-    settings.security = argv[3];
+  if (std::strcmp(argv[3], "all") == 0) settings.interfaces.clear();
+  if (argc == 5) {
+    settings.security = argv[4];
     settings.identity = "mapper";
   }
   auto participant = *dds::Participant::create(settings, "victim");
   auto tiles = *dds::Writer<dds::MapTileTopic>::create(participant);
   std::shared_ptr<dds::Reader<dds::StereoFrameTopic>> frames;  // a mapper may not read them
-  if (argc == 3) frames = shared(*dds::Reader<dds::StereoFrameTopic>::create(participant, nullptr));
+  if (argc == 4) frames = shared(*dds::Reader<dds::StereoFrameTopic>::create(participant, nullptr));
   auto commands = *dds::Reader<dds::ZoneCommandTopic>::create(participant, nullptr);
   auto zones = *dds::Writer<dds::ZoneSetTopic>::create(participant);
   v1::MapTile tile;

@@ -60,18 +60,62 @@ class Rtps {
   }
   /// A participant as it announces itself; further parameters behind.
   Rtps& announce(std::uint32_t lease_s = 10, const std::string& address = "127.0.0.1",
-                 const Datagram& more = {}) {
+                 const Datagram& more = {}, std::uint16_t port = 7410) {
     return data(
         kSpdp, 1,
         list({parameter(0x15, {2, 3, 0, 0}), parameter(0x16, {1, 15, 0, 0}),
-              parameter(0x50, guid(prefix_, 0x1C1)), parameter(0x32, locator(address, 7410)),
-              parameter(0x31, locator(address, 7411)), parameter(0x02, cat({u32(lease_s), u32(0)})),
+              parameter(0x50, guid(prefix_, 0x1C1)), parameter(0x32, locator(address, port)),
+              parameter(0x31, locator(address, port)), parameter(0x02, cat({u32(lease_s), u32(0)})),
               parameter(0x58, u32(0xC3F)), more}));
   }
   Rtps& announce_writer(std::uint32_t writer, const std::string& topic) {
     return data(kPublications, 1,
                 list({parameter(0x50, guid(prefix_, 0x1C1)), parameter(0x5A, guid(prefix_, writer)),
                       parameter(0x05, string(topic)), parameter(0x07, string("T"))}));
+  }
+  /// A reliable reader or writer (`list`: kSubscriptions, kPublications) that matches ours; its
+  /// n-th announcement.
+  Rtps& announce_endpoint(std::uint32_t where, std::uint64_t n, std::uint32_t endpoint,
+                          const std::string& topic, const std::string& type) {
+    return data(where, n,
+                list({parameter(0x5A, guid(prefix_, endpoint)), parameter(0x05, string(topic)),
+                      parameter(0x07, string("crane::v1::" + type)),
+                      parameter(0x1A, cat({u32(2), u32(0), u32(100'000'000)})),
+                      parameter(0x1D, u32(1)), parameter(0x29, cat({u32(1), string("crane_1")})),
+                      parameter(0x70, guid(prefix_, endpoint))}));
+  }
+  /// The end of a participant or endpoint: 1 disposed, 2 unregistered, 3 both.
+  Rtps& end(std::uint32_t where, std::uint64_t n, std::uint32_t subject, std::uint8_t how = 3) {
+    return data(where, n, list({parameter(where == kSpdp ? 0x50 : 0x5A, guid(prefix_, subject))}),
+                8,
+                cat({parameter(0x71, {0, 0, 0, how}),
+                     parameter(0x70, guid(prefix_, subject)),
+                     {1, 0, 0, 0}}));
+  }
+  Rtps& acknack(std::uint32_t reader, std::uint32_t writer, std::uint64_t base, std::uint32_t bits,
+                std::uint32_t count) {
+    return add(6, 0,
+               cat({entity(reader), entity(writer), number(base), u32(bits),
+                    Datagram((bits + 31) / 32 * 4, 0xFF), u32(count)}));
+  }
+  Rtps& nack_frag(std::uint32_t reader, std::uint32_t writer, std::uint64_t n, std::uint32_t base,
+                  std::uint32_t bits, std::uint32_t count) {
+    return add(0x12, 0,
+               cat({entity(reader), entity(writer), number(n), u32(base), u32(bits),
+                    Datagram((bits + 31) / 32 * 4, 0xFF), u32(count)}));
+  }
+  Rtps& heartbeat_frag(std::uint32_t writer, std::uint64_t n, std::uint32_t last,
+                       std::uint32_t count) {
+    return add(0x13, 0, cat({entity(0), entity(writer), number(n), u32(last), u32(count)}));
+  }
+  /// ParticipantMessageData of a kind: 1 automatic, 2 by participant.
+  Rtps& alive(std::uint64_t n, std::uint8_t kind, std::size_t octets = 0) {
+    return data(kLiveliness, n,
+                cat({{0, 1, 0, 0},
+                     Datagram(prefix_.begin(), prefix_.end()),
+                     {0, 0, 0, kind},
+                     u32(std::uint32_t(octets)),
+                     Datagram(octets, 0)}));
   }
 
   static Datagram u32(std::uint32_t v) {

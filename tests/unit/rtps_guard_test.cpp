@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 
 #include "../rtps/build.hpp"
@@ -147,6 +148,74 @@ TEST(RtpsGuard, RefusesTokensAndHandshakesThatClaimMoreThanTheyHave) {
   EXPECT_EQ(watch(Rtps().data(0x000300C3, 1, pad(120))), Refusal::kUnknownWriter) << "type lookup";
 }
 
+/// As Cyclone DDS sends a certificate and permissions.
+TEST(RtpsGuard, HandsOnAHandshakeInPartsOnceItIsWholeAndFits) {
+  Watch watch({.encrypted = true});
+  const Datagram large = Rtps::cat({Rtps::string("c.id"), Rtps::u32(4000), Datagram(4000, 'c')});
+  const auto message = [&](std::uint32_t binary) {
+    return Rtps::cat({{0, 1, 0, 0},
+                      Rtps::guid(Rtps::kMe, 0x1C1),
+                      Rtps::number(1),
+                      pad(24),
+                      pad(48),
+                      Rtps::string("dds.sec.auth"),
+                      Rtps::u32(1),
+                      Rtps::string("DDS:Auth:PKI-DH:1.0"),
+                      Rtps::u32(0),
+                      Rtps::u32(binary),
+                      large});
+  };
+  constexpr std::size_t kPart = 1344;
+  const auto part = [&](const Datagram& whole, std::uint64_t n, std::uint32_t i) {
+    const std::size_t from = (i - 1) * kPart, to = std::min(whole.size(), from + kPart);
+    return Rtps()
+        .add(0x16, 0,
+             Rtps::cat({{0, 0, 28, 0},
+                        Rtps::entity(0x000201C4),
+                        Rtps::entity(Rtps::kHandshake),
+                        Rtps::number(n),
+                        Rtps::u32(i),
+                        Rtps::u32(std::uint32_t(kPart) << 16U | 1U),
+                        Rtps::u32(std::uint32_t(whole.size())),
+                        Datagram(whole.begin() + std::ptrdiff_t(from),
+                                 whole.begin() + std::ptrdiff_t(to))}))
+        .heartbeat_frag(Rtps::kHandshake, n, i, i);
+  };
+  const Datagram good = message(1);
+  const auto parts = std::uint32_t((good.size() + kPart - 1) / kPart);
+  ASSERT_EQ(parts, 4U);
+  EXPECT_EQ(watch(part(good, 1, 1)), Refusal::kNone);
+  EXPECT_TRUE(watch.verdict.assembled.empty()) << "of nobody";
+  ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
+  for (const std::uint32_t i : {3U, 1U, 4U, 1U}) {
+    ASSERT_EQ(watch(part(good, 1, i)), Refusal::kNone);
+    EXPECT_EQ(watch.patched[20], 1) << "padding: Fast DDS sees none of it yet";
+    EXPECT_TRUE(watch.verdict.assembled.empty());
+  }
+  ASSERT_EQ(watch(part(good, 1, 2)), Refusal::kNone);
+  const Datagram whole = Rtps().add(0x15, 4,
+                                    Rtps::cat({{0, 0, 16, 0},
+                                               Rtps::entity(0x000201C4),
+                                               Rtps::entity(Rtps::kHandshake),
+                                               Rtps::number(1),
+                                               good}));
+  const Datagram assembled = watch.verdict.assembled;
+  EXPECT_EQ(assembled, whole);
+  EXPECT_EQ(watch(assembled), Refusal::kNone);
+  // More than there is; of two sizes; larger than anybody's.
+  const Datagram bad = message(0x01000000);
+  for (std::uint32_t i = 1; i < parts; ++i) ASSERT_EQ(watch(part(bad, 2, i)), Refusal::kNone);
+  EXPECT_EQ(watch(part(bad, 2, parts)), Refusal::kToken);
+  EXPECT_EQ(watch(part(good, 3, 1)), Refusal::kNone);
+  EXPECT_EQ(watch(part(Rtps::cat({good, pad(400)}), 3, 2)), Refusal::kFragmentsDisagree);
+  EXPECT_EQ(watch(Rtps().fragment(Rtps::kHandshake, 4, 1, 1344, 70'000, 1344)),
+            Refusal::kSampleSize);
+  // Who begins many has two.
+  for (std::uint64_t n = 5; n < 500; ++n) EXPECT_EQ(watch(part(good, n, 1)), Refusal::kNone);
+  for (std::uint32_t i = 2; i <= parts; ++i) EXPECT_EQ(watch(part(good, 400, i)), Refusal::kNone);
+  EXPECT_TRUE(watch.verdict.assembled.empty());
+}
+
 TEST(RtpsGuard, RefusesEncryptedPartsWhoseCountsDoNotFit) {
   const auto prefix = Rtps::cat({{0, 0, 0, 4}, pad(16)});
   const auto body = Rtps::cat({{0, 0, 0, 8}, pad(8)});
@@ -220,19 +289,7 @@ TEST(RtpsGuard, ForgetsNumbersWhenFastDdsDoesSoThatNoneIsWalkedUnseen) {
   Watch watch;
   ASSERT_EQ(watch(Rtps().announce(2)), Refusal::kNone);
   for (std::uint32_t n = 1; n <= 10; ++n) ASSERT_EQ(watch(jump(n)), Refusal::kNone) << "no jump";
-  // Ended and announced again: walked again, so it counts again.
-  const auto again = [&](const Datagram& end) {
-    EXPECT_EQ(watch(end), Refusal::kNone);
-    EXPECT_EQ(watch(Rtps().announce(2)), Refusal::kNone);
-  };
-  const Datagram disposed = Rtps::cat({Rtps::parameter(0x70, Rtps::guid(Rtps::kMe, 0x1C1)),
-                                       Rtps::parameter(0x71, {0, 0, 0, 3}),
-                                       {1, 0, 0, 0}});
-  again(Rtps().data(Rtps::kSpdp, 2, {}, 0, disposed));
-  EXPECT_EQ(watch(jump(1)), Refusal::kNone);
-  again(Rtps().data(Rtps::kSpdp, 3, {}, 0, disposed));
-  EXPECT_NE(watch(jump(1)) == Refusal::kNone && watch.verdict.patches.empty(), true);
-  // A lease that ran out is an end as well.
+  // A lease that ran out is an end: walked again, so it counts again.
   watch.now += 10s;
   ASSERT_EQ(watch(jump(1)), Refusal::kNone);
   for (int i = 0; i < 3; ++i) {
@@ -241,17 +298,110 @@ TEST(RtpsGuard, ForgetsNumbersWhenFastDdsDoesSoThatNoneIsWalkedUnseen) {
   }
 }
 
-TEST(RtpsGuard, WhoMayStillBeListenedToIsNotForgottenForAnEndThatFastDdsMayNotBelieve) {
+/// At the moment when its lease ends as well, Fast DDS ends by an assertion.
+TEST(RtpsGuard, FastDdsIsNotToldOfTheEndOfAParticipantButOfItsEndpoints) {
   Watch watch;
   ASSERT_EQ(watch(Rtps().announce()), Refusal::kNone);
-  // A key alone says no end, and an old message is not read.
-  const Datagram key = Rtps::list({Rtps::parameter(0x50, Rtps::guid(Rtps::kMe, 0x1C1))});
-  ASSERT_EQ(watch(Rtps().data(Rtps::kSpdp, 1, key, 8)), Refusal::kNone);
+  const Datagram end = Rtps().end(Rtps::kSpdp, 2, 0x1C1);
+  ASSERT_EQ(watch(end), Refusal::kNone);
+  EXPECT_EQ(watch.patched[20], 1) << "padding";
+  EXPECT_TRUE(std::equal(end.begin() + 21, end.end(), watch.patched.begin() + 21));
+  Datagram to_the_end = end;
+  to_the_end[22] = to_the_end[23] = 0;
+  EXPECT_EQ(watch(to_the_end), Refusal::kPayload) << "padding of no length is followed by its body";
+  EXPECT_EQ(watch(Rtps().end(Rtps::kPublications, 1, kWriter)), Refusal::kNone);
+  EXPECT_TRUE(watch.verdict.patches.empty());
+  // A key alone says no end, nor does a status that Fast DDS does not know.
+  EXPECT_EQ(watch(Rtps().data(Rtps::kSpdp, 1, Rtps::guid(Rtps::kMe, 0x1C1), 8)), Refusal::kPayload);
+  EXPECT_EQ(watch(Rtps().end(Rtps::kSpdp, 3, 0x1C1, 4)), Refusal::kPayload);
   for (std::uint32_t n = 1; n < 3; ++n) {
     const Refusal found = watch(Rtps().heartbeat(kWriter, 1ULL << 60U, 1ULL << 60U, n));
     EXPECT_TRUE(found == Refusal::kNumberJump || !watch.verdict.patches.empty()) << n;
     EXPECT_EQ(watch(Rtps().gap(kWriter, 1, 1ULL << 40U)), Refusal::kNumberJump);
   }
+}
+
+/// The status says 4: a living participant to Fast DDS.
+TEST(RtpsGuard, AnAnnouncementIsNoEndWhateverItsStatusSays) {
+  Watch watch;
+  const auto announced = [](std::uint8_t who) {
+    Rtps::Prefix prefix = Rtps::kMe;
+    prefix[4] = who;
+    return Rtps(prefix).data(Rtps::kSpdp, 1,
+                             Rtps::list({Rtps::parameter(0x50, Rtps::guid(prefix, 0x1C1))}), 4,
+                             Rtps::cat({Rtps::parameter(0x71, {0, 0, 0, 4}), {1, 0, 0, 0}}));
+  };
+  int passed = 0;
+  for (int who = 0; who < 250; ++who)
+    passed += watch(announced(std::uint8_t(who))) == Refusal::kNone ? 1 : 0;
+  EXPECT_EQ(passed, int(Newcomers::kAtOnce)) << "they count as newcomers";
+}
+
+TEST(RtpsGuard, BelievesNoKeyHashOfWhatLives) {
+  Watch watch;
+  const auto sample = [](std::uint8_t status) {
+    return Rtps().data(kWriter, 1, pad(8), 4,
+                       Rtps::cat({Rtps::parameter(0x70, pad(16)),
+                                  Rtps::parameter(0x71, {0, 0, 0, status}),
+                                  Rtps::parameter(0x70, pad(16)),
+                                  {1, 0, 0, 0}}));
+  };
+  ASSERT_EQ(watch(sample(0)), Refusal::kNone);
+  EXPECT_EQ(watch.patched[44], 0) << "padding";
+  EXPECT_EQ(watch.patched[44 + 28], 0);
+  EXPECT_EQ(watch.patched[44 + 20], 0x71);
+  ASSERT_EQ(watch(sample(1)), Refusal::kNone);
+  EXPECT_TRUE(watch.verdict.patches.empty()) << "the end of an instance has nothing else";
+}
+
+TEST(RtpsGuard, EndpointsAreSoManyOfOneAndOfAllAndComeBackAFewASecond) {
+  Watch watch;
+  const auto prefix_of = [](std::uint32_t who) {
+    Rtps::Prefix prefix = Rtps::kMe;
+    prefix[4] = std::uint8_t(who);
+    return prefix;
+  };
+  const auto announced = [&](std::uint32_t who, std::uint32_t n, std::uint64_t number) {
+    const bool writer = n % 2 == 0;
+    return watch(Rtps(prefix_of(who))
+                     .announce_endpoint(writer ? Rtps::kPublications : Rtps::kSubscriptions, number,
+                                        n << 8U | (writer ? 2U : 7U), "t", "T")) == Refusal::kNone;
+  };
+  std::uint32_t passed = 0;
+  for (std::uint32_t who = 0; who < 10; ++who) {
+    ASSERT_EQ(watch(Rtps(prefix_of(who)).announce(60)), Refusal::kNone);
+    std::uint32_t its = 0;
+    for (std::uint32_t n = 1; n <= 1000; ++n) its += announced(who, n, n) ? 1 : 0;
+    EXPECT_LE(its, Participant::kEndpoints);
+    passed += its;
+  }
+  EXPECT_EQ(passed, std::uint32_t(Participants::kEndpointsAtOnce));
+  EXPECT_TRUE(announced(0, 1, 1)) << "what is sent again is not read again";
+  watch.now += 1s;
+  // Who ends one and announces it again has a few a second.
+  passed = 0;
+  for (std::uint32_t n = 0; n < 50; ++n) {
+    ASSERT_EQ(watch(Rtps(prefix_of(0)).end(Rtps::kSubscriptions, 2000 + 2 * n, 0x107)),
+              Refusal::kNone);
+    passed += announced(0, 1, 2001 + 2 * n) ? 1 : 0;
+  }
+  EXPECT_EQ(passed, std::uint32_t(Participant::kEndpointsPerSecond));
+  // So has who only says something else of it: another partition, and back.
+  watch.now += 1s;
+  passed = 0;
+  for (std::uint32_t n = 0; n < 50; ++n) passed += announced(1, 1, 3000 + n) ? 1 : 0;
+  EXPECT_EQ(passed, std::uint32_t(2 * Participant::kEndpointsPerSecond));
+}
+
+TEST(RtpsGuard, SamplesApartFromEachOtherAreBounded) {
+  Watch watch;
+  ASSERT_EQ(watch(Rtps().announce(60)), Refusal::kNone);
+  int passed = 0;
+  for (std::uint64_t n = 2; n < 20'000; n += 2)
+    passed += watch(Rtps().data(kWriter, n, pad(8))) == Refusal::kNone ? 1 : 0;
+  EXPECT_GT(passed, 1000);
+  EXPECT_LT(passed, 4000);
+  EXPECT_EQ(watch(Rtps().data(kWriter, 1, pad(8))), Refusal::kNone) << "those between are welcome";
 }
 
 TEST(RtpsGuard, AGapCostsWhatIsWalkedAlsoIfItSaysNothingNew) {
@@ -343,6 +493,8 @@ TEST(RtpsGuard, NobodyIsSentToAThirdPartyAndLeasesEndWithinAMinute) {
       if (d[at] == 2 && d[at + 1] == 0 && d[at + 2] == 8 && d[at + 3] == 0) return d[at + 4] + 0U;
     return 0U;
   };
+  ASSERT_EQ(watch(Rtps().announce(0, "10.99.0.5"), kFar), Refusal::kNone);
+  EXPECT_EQ(lease(), 1U) << "a newcomer is not to end while it is made";
   ASSERT_EQ(watch(Rtps().announce(0x7FFFFFFF, "10.99.0.5"), kFar), Refusal::kNone);
   EXPECT_EQ(lease(), 60U);
   Watch fresh({.domain = 0});
@@ -441,13 +593,28 @@ TEST(RtpsGuard, LetsNewParticipantsThroughOnlySoManyAtOnceAndKnownOnesAlways) {
   std::uint32_t passed = 1;
   for (std::uint32_t who = 1; who < 2000; ++who)
     if (watch(announcement(who)) == Refusal::kNone) ++passed;
-  EXPECT_EQ(passed, std::uint32_t(Participants::kNewcomersAtOnce));
+  EXPECT_EQ(passed, std::uint32_t(Newcomers::kAtOnce));
   EXPECT_EQ(watch(announcement(0)), Refusal::kNone) << "it was there before the flood";
   watch.now += 10s;
   passed = 0;
   for (std::uint32_t who = 3000; who < 4000; ++who)
     if (watch(announcement(who)) == Refusal::kNone) ++passed;
-  EXPECT_EQ(passed, std::uint32_t(10 * Participants::kNewcomersPerSecond));
+  EXPECT_EQ(passed, std::uint32_t(10 * Newcomers::kPerSecond));
+}
+
+TEST(RtpsGuard, AFloodAtOneAddressKeepsNobodyOutAtAnother) {
+  Watch watch;
+  const auto passed = [&watch](std::uint8_t flood, Ipv4 source, const std::string& address) {
+    int count = 0;
+    for (std::uint32_t who = 0; who < 2000; ++who) {
+      Rtps::Prefix prefix{flood, std::uint8_t(who), std::uint8_t(who >> 8U)};
+      count += watch(Rtps(prefix).announce(10, address), source) == Refusal::kNone ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_EQ(passed(1, kFar, "10.99.0.5"), int(Newcomers::kOfOneAddressAtOnce));
+  EXPECT_EQ(passed(2, kOther, "10.99.0.6"), int(Newcomers::kOfOneAddressAtOnce));
+  EXPECT_EQ(passed(3, kLoopback, "127.0.0.1"), int(Newcomers::kAtOnce)) << "this host's own";
 }
 
 TEST(RtpsGuard, EveryReasonHasAText) {

@@ -88,7 +88,8 @@ TEST(Metrics, AreLinesThatPrometheusReads) {
   const std::string text = to_metrics(s, {},
                                       {{"map_tiles", "Tiles.", 12, {}},
                                        {"why", "Why.", 0, "a=\"b\""},
-                                       {"why", "Why.", 1, "a=\"c\""}});
+                                       {"why", "Why.", 1, "a=\"c\""},
+                                       {"refused_total", "So far.", 9, "reason=\"r\"", true}});
   EXPECT_NE(
       text.find("cranemap_dropped_total{crane=\"3\",service=\"stereo\",cause=\"a \\\"quote\\\" "
                 "and a \\\\\"} 7\n"),
@@ -100,6 +101,10 @@ TEST(Metrics, AreLinesThatPrometheusReads) {
       text.find("# TYPE cranemap_why gauge\ncranemap_why{crane=\"3\",service=\"stereo\",a=\"b\"} "
                 "0\ncranemap_why{crane=\"3\",service=\"stereo\",a=\"c\"} 1\n"),
       std::string::npos)
+      << text;
+  EXPECT_NE(text.find("# TYPE cranemap_refused_total counter\ncranemap_refused_total{crane=\"3\","
+                      "service=\"stereo\",reason=\"r\"} 9\n"),
+            std::string::npos)
       << text;
   EXPECT_NE(text.find("process_threads{"), std::string::npos);
   EXPECT_EQ(text.back(), '\n');

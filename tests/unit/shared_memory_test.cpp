@@ -128,6 +128,25 @@ TEST(StaleSegments, APortThatOnlyAnotherContainerHasOpenStays) {
   EXPECT_EQ(in_another_container(remove), 2);  // and nobody has it open now
 }
 
+/// Its owner was stopped for a second between making the lock and taking it: another, younger one
+/// took the lock for an abandoned one. Cleared under a living process, its mutexes and condition
+/// variables are made anew beneath those who wait for them.
+TEST(StaleSegments, ASegmentThatSomebodyHasOpenStaysWhateverItsLockSays) {
+  const test::TempFolder shm;
+  for (const char* name :
+       {"fastrtps_1234", "fastrtps_1234_el", "fastrtps_5678", "fastrtps_5678_el",
+        "cranemap_lock_aaaa", "fast_datasharing_aaaa_1", "fast_datasharing_aaaa_2"})
+    touch(shm / name);
+  {
+    const Mapped segment(shm / "fastrtps_1234"), pool(shm / "fast_datasharing_aaaa_1");
+    EXPECT_EQ(remove_stale_segments(shm.path()), 3U);
+    for (const char* stays :
+         {"fastrtps_1234", "fastrtps_1234_el", "fast_datasharing_aaaa_1", "cranemap_lock_aaaa"})
+      EXPECT_TRUE(fs::exists(shm / stays)) << stays;
+  }
+  EXPECT_EQ(remove_stale_segments(shm.path()), 4U);
+}
+
 TEST(StaleSegments, APortThatSomebodyIsAboutToOpenStays) {
   const test::TempFolder shm;
   touch(shm / "fastrtps_port7411");

@@ -7,7 +7,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
+
+#include "crane/network.hpp"
 
 namespace crane::camera {
 
@@ -34,24 +35,13 @@ enum class Encoding : std::uint32_t {
   kJpeg = 19,  ///< a whole JPEG file an image
 };
 
-/// Of which crane, where on the network, and what the camera gives.
-struct Options {
+/// Of which crane, where on the network, and what the camera gives. `identity`: "camera" unless
+/// another one is named.
+struct Options : NetworkSettings {
   std::uint32_t crane = 1;
-  std::uint32_t domain = 0;
   std::uint32_t width = 0, height = 0;  ///< of each image [px], at most 2448 x 2048 pixels
   Encoding encoding = Encoding::kMono8;
   std::size_t jpeg_bytes = 0;  ///< of JPEG: the largest image; 0 = a byte a pixel
-  enum class Network { kLocal, kContainer, kPlant };
-  Network network = Network::kLocal;
-  bool shared_memory = true;  ///< of kLocal: processes of this host see pairs without a copy
-  /// IPv4 addresses to use; empty = all. The default stays on this host.
-  std::vector<std::string> interfaces = {"127.0.0.1"};
-  std::vector<std::string> servers;  ///< discovery servers "host:port", of kPlant
-  std::vector<std::string> peers;    ///< hosts to look for
-  std::string security;              ///< folder of certificates; empty = no DDS Security
-  std::string identity = "camera";
-  /// Fast DDS XML profile instead of network and what belongs to it.
-  std::string profile_file, profile_name;
 };
 
 /// Where the images of one exposure go: rows from the top without padding.
