@@ -105,7 +105,7 @@ bool RecordInputs::placed(TimeNs time) const {
 Result<void> RecordInputs::take_frames(Recorder& recorder) {
   while (auto sample = frames_.take()) {
     const dds::StereoFrame& frame = **sample;
-    if (!camera_gate_.pass(frame.stream())) {
+    if (!camera_gate_.pass(frame.stream(), sample->writer(), gone_from(frames_))) {
       dropped_.add(Cause::kSecondCamera);
       continue;
     }
@@ -151,7 +151,7 @@ void RecordInputs::take_positions(Recorder& recorder) {
                           : p.axis() == v1::AXIS_TROLLEY ? Sensor::kTrolley
                                                          : Sensor::kCartSecond;
     const auto i = static_cast<std::size_t>(sensor);
-    if (!position_gates_[i].pass(p.stream())) {
+    if (!position_gates_[i].pass(p.stream(), sample->writer(), gone_from(positions_))) {
       dropped_.add(sensor == Sensor::kTrolley ? Cause::kTrolleySecondSource
                                               : Cause::kCartSecondSource);
       continue;

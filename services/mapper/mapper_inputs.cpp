@@ -34,12 +34,6 @@ CloudSample copy(const dds::PartialCloud& c) {
   return out;
 }
 
-/// For StreamGate: whether a process has no writer any more.
-template <class Topic>
-auto gone_from(const dds::Reader<Topic>& reader) {
-  return [&reader](const dds::ParticipantId& id) { return !reader.writers().contains(id); };
-}
-
 }  // namespace
 
 Result<MapperInputs> MapperInputs::create(const std::shared_ptr<dds::Participant>& participant,

@@ -88,8 +88,7 @@ class Service {
   void work(std::unique_ptr<dds::Received<dds::StereoFrame>> received,
             const dds::Reader<dds::StereoFrameTopic>& frames) {
     ++status().received;
-    const auto gone = [&](const dds::ParticipantId& id) { return !frames.writers().contains(id); };
-    if (!gate_.pass((*received)->stream(), received->writer(), gone))
+    if (!gate_.pass((*received)->stream(), received->writer(), gone_from(frames)))
       return refuse(Cause::kSecondCamera,
                     "frames of two cameras arrive: stop one, or give it another crane number");
     track(**received);

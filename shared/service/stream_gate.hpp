@@ -30,6 +30,12 @@ class SourceGate {
   Clock::time_point heard_{};
 };
 
+/// For StreamGate: whether a process has no writer of this topic any more.
+template <class Topic>
+auto gone_from(const dds::Reader<Topic>& reader) {
+  return [&reader](const dds::ParticipantId& id) { return !reader.writers().contains(id); };
+}
+
 /// By the stream that a sample says it is of. Another one begins at once where the old one cannot
 /// go on: the process that it came from has begun it (a device was connected anew; never back to
 /// the stream before, which would be two devices in turn), or has no writer any more.
