@@ -5,11 +5,11 @@
 #include "base/log.hpp"
 #include "base/read_file.hpp"
 #include "base/write_file.hpp"
+#include "calibrate_command.hpp"
 #include "calibration/find_board.hpp"
 #include "calibration/image_pairs.hpp"
 #include "calibration/report.hpp"
 #include "calibration/stereo_calibration.hpp"
-#include "commands.hpp"
 #include "progress.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
@@ -192,11 +192,9 @@ int run_stereo(const Options& options) {
 
 }  // namespace
 
-Command add_calibrate_command(CLI::App& app) {
+std::function<int()> add_stereo_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("calibrate", "Find what the cameras and their mount are.");
-  command->require_subcommand(1);
-  CLI::App* stereo = command->add_subcommand(
+  CLI::App* stereo = app.add_subcommand(
       "stereo",
       "Lenses and relation of the two cameras, from images of a board, with how surely.\n"
       "Take 20 to 40 pairs: the board in all parts of both images, near enough to fill half of\n"

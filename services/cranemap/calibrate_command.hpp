@@ -1,0 +1,14 @@
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace crane {
+
+/// Adds `stereo`; the returned function runs it and gives the exit code.
+std::function<int()> add_stereo_command(CLI::App& app);
+
+}  // namespace crane
