@@ -44,6 +44,8 @@ class LogBridge final : public fdds::LogConsumer {
     if (entry.message.find("Buffer is being invalidated") == 0 && invalidated_++ < participants())
       return;
     if (entry.message.find("Automatically unmatching") == 0) return;
+    // What the guard takes out of a message becomes padding; it has counted and told it.
+    if (entry.message.find("PAD messages not yet implemented") != std::string::npos) return;
     const std::string text =
         "Fast DDS " + std::string(entry.context.category) + ": " + entry.message;
     const auto now = std::chrono::steady_clock::now();
