@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+
+#include "base/format.hpp"
 
 namespace crane {
 namespace {
@@ -55,14 +56,12 @@ double Board::size_m() const {
 }
 
 std::string Board::text() const {
-  char out[160];
   const char* name = kind == Kind::kChessboard ? "chessboard"
                      : kind == Kind::kCharuco  ? "ChArUco board"
                                                : "AprilGrid";
-  std::snprintf(out, sizeof out, "%s of %d x %d %s, %s %g mm", name, columns, rows,
-                kind == Kind::kAprilGrid ? "tags" : "inner corners",
-                kind == Kind::kAprilGrid ? "tags of" : "squares of", 1000 * square_m);
-  return out;
+  return formatted("%s of %d x %d %s, %s %g mm", name, columns, rows,
+                   kind == Kind::kAprilGrid ? "tags" : "inner corners",
+                   kind == Kind::kAprilGrid ? "tags of" : "squares of", 1000 * square_m);
 }
 
 Result<Board> parse_board(const std::string& text) {

@@ -3,26 +3,16 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "calibration/rays.hpp"
+
 namespace crane {
 namespace {
 
-struct Eye {
-  cv::Matx33d K;
-  cv::Mat D;
-  explicit Eye(const LensNumbers& l)
-      : K(l[0], 0, l[2], 0, l[1], l[3], 0, 0, 1),
-        D(cv::Mat(1, 8, CV_64F, const_cast<double*>(l.data() + 4)).clone()) {}
-};
-
 /// Directions of pixels, turned into the rectified camera.
-std::vector<Eigen::Vector3d> directions(const Corners& corners, const Eye& eye,
+std::vector<Eigen::Vector3d> directions(const Corners& corners, const LensNumbers& lens,
                                         const Eigen::Matrix3d& R) {
-  std::vector<cv::Point2d> pixels;
-  std::vector<cv::Point2d> plane;
-  for (const auto& p : corners.pixels) pixels.emplace_back(p.x(), p.y());
-  cv::undistortPoints(pixels, plane, eye.K, eye.D);
-  std::vector<Eigen::Vector3d> out;
-  for (const auto& p : plane) out.emplace_back(R * Eigen::Vector3d(p.x, p.y, 1));
+  auto out = rays(lens, corners.pixels);
+  for (auto& ray : out) ray = R * ray;
   return out;
 }
 
@@ -30,8 +20,6 @@ std::vector<Eigen::Vector3d> directions(const Corners& corners, const Eye& eye,
 
 std::vector<std::vector<double>> row_differences(const std::vector<View>& views,
                                                  const RigEstimate& rig) {
-  const Eye left(rig.left);
-  const Eye right(rig.right);
   // Rows of the rectified pair lie along the baseline (Fusiello et al. 2000).
   const Eigen::Isometry3d T_left_right = rig.T_right_left.inverse();
   Eigen::Matrix3d R;
@@ -41,8 +29,8 @@ std::vector<std::vector<double>> row_differences(const std::vector<View>& views,
   std::vector<std::vector<double>> out(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (views[v].left.empty() || views[v].right.empty()) continue;
-    const auto l = directions(views[v].left, left, R);
-    const auto r = directions(views[v].right, right, R * T_left_right.linear());
+    const auto l = directions(views[v].left, rig.left, R);
+    const auto r = directions(views[v].right, rig.right, R * T_left_right.linear());
     const auto& ids = views[v].right.ids;
     for (std::size_t i = 0, j = 0; i < l.size(); ++i) {
       while (j < ids.size() && ids[j] < views[v].left.ids[i]) ++j;
@@ -60,7 +48,9 @@ Apart seen_apart(const View& view, const Board& board, const RigEstimate& rig) {
   Eigen::Vector3d at[2];
   for (const bool is_right : {false, true}) {
     const Corners& eye = is_right ? view.right : view.left;
-    const Eye camera(is_right ? rig.right : rig.left);
+    const LensNumbers& l = is_right ? rig.right : rig.left;
+    const cv::Matx33d K(l[0], 0, l[2], 0, l[1], l[3], 0, 0, 1);
+    const cv::Mat D(1, 8, CV_64F, const_cast<double*>(l.data() + 4));
     std::vector<cv::Point3d> objects;
     std::vector<cv::Point2d> pixels;
     std::vector<cv::Point2d> again;
@@ -70,8 +60,8 @@ Apart seen_apart(const View& view, const Board& board, const RigEstimate& rig) {
       pixels.emplace_back(eye.pixels[i].x(), eye.pixels[i].y());
     }
     cv::Mat turn, shift, R;
-    cv::solvePnP(objects, pixels, camera.K, camera.D, turn, shift);
-    cv::projectPoints(objects, turn, shift, camera.K, camera.D, again);
+    cv::solvePnP(objects, pixels, K, D, turn, shift);
+    cv::projectPoints(objects, turn, shift, K, D, again);
     double sum = 0;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const cv::Point2d off = pixels[i] - again[i];

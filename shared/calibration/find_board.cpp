@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "imaging/convert.hpp"
+
 namespace crane {
 namespace {
 
@@ -33,17 +35,6 @@ const std::map<std::string, int>& dictionaries() {
       {"APRILTAG_36h11", a::DICT_APRILTAG_36h11},
   };
   return kAll;
-}
-
-/// Grey, without a copy where it is grey already.
-cv::Mat grey_of(const Image& image) {
-  const cv::Mat whole(static_cast<int>(image.height), static_cast<int>(image.width),
-                      image.channels == 3 ? CV_8UC3 : CV_8UC1,
-                      const_cast<std::uint8_t*>(image.bytes.data()));
-  if (image.channels != 3) return whole;
-  cv::Mat grey;
-  cv::cvtColor(whole, grey, cv::COLOR_BGR2GRAY);
-  return grey;
 }
 
 /// Half the window of the corner refinement where neighbours are `nearest` pixels away.
@@ -162,7 +153,10 @@ Result<BoardFinder> BoardFinder::of(const Board& board) {
 }
 
 Corners BoardFinder::find(const Image& image) const {
-  const cv::Mat grey = grey_of(image);
+  std::vector<std::uint8_t> bytes;
+  if (!to_grey(image.view(), bytes)) return {};
+  const cv::Mat grey(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC1,
+                     bytes.data());
   switch (board_.kind) {
     case Board::Kind::kChessboard:
       return chessboard(grey, board_.columns, board_.rows);
@@ -175,7 +169,10 @@ Corners BoardFinder::find(const Image& image) const {
 }
 
 std::string BoardFinder::other_board(const Image& image) const {
-  const cv::Mat grey = grey_of(image);
+  std::vector<std::uint8_t> bytes;
+  if (!to_grey(image.view(), bytes)) return {};
+  const cv::Mat grey(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC1,
+                     bytes.data());
   if (board_.kind != Board::Kind::kChessboard) return {};
   for (int off = 1; off <= 4; ++off)  // the likeliest first: squares counted instead of corners
     for (int c = std::min(2, off); c >= -std::min(2, off); --c)

@@ -2,23 +2,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/report.hpp"
+#include "imaging/convert.hpp"
 
 namespace crane {
-namespace {
-
-cv::Mat colour_of(const Image& image) {
-  const cv::Mat whole(static_cast<int>(image.height), static_cast<int>(image.width),
-                      image.channels == 3 ? CV_8UC3 : CV_8UC1,
-                      const_cast<std::uint8_t*>(image.bytes.data()));
-  cv::Mat out;
-  if (image.channels == 3)
-    out = whole.clone();
-  else
-    cv::cvtColor(whole, out, cv::COLOR_GRAY2BGR);
-  return out;
-}
-
-}  // namespace
 
 Image rectified_pair(const StereoCalibration& c, const Image& left, const Image& right) {
   for (const Image* image : {&left, &right})
@@ -39,9 +25,12 @@ Image rectified_pair(const StereoCalibration& c, const Image& left, const Image&
                     P[1], Q, cv::CALIB_ZERO_DISPARITY, 0);
   cv::Mat both(size.height, 2 * size.width, CV_8UC3);
   for (int eye = 0; eye < 2; ++eye) {
+    std::vector<std::uint8_t> bytes;
+    if (!to_bgr((eye == 0 ? left : right).view(), bytes)) return {};
+    const cv::Mat colour(size, CV_8UC3, bytes.data());
     cv::Mat x, y, part = both(cv::Rect(eye * size.width, 0, size.width, size.height));
     cv::initUndistortRectifyMap(K[eye], D[eye], R[eye], P[eye], size, CV_16SC2, x, y);
-    cv::remap(colour_of(eye == 0 ? left : right), part, x, y, cv::INTER_LINEAR);
+    cv::remap(colour, part, x, y, cv::INTER_LINEAR);
   }
   for (int row = size.height / 24; row < size.height; row += size.height / 12)
     cv::line(both, {0, row}, {both.cols, row}, {60, 160, 255}, 1, cv::LINE_AA);

@@ -3,9 +3,9 @@
 #include <openssl/evp.h>
 
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 
+#include "base/format.hpp"
 #include "calibration/escaped.hpp"
 #include "calibration/svg.hpp"
 #include "calibration/verdict.hpp"
@@ -28,13 +28,6 @@ svg text{text-anchor:middle;font-family:inherit}svg.bars text{text-anchor:start}
 img{max-width:100%;border:1px solid var(--line)}li{margin:3px 0}
 @media print{body{padding:0;max-width:none}h2{break-after:avoid}figure,table,.verdict{break-inside:avoid}}
 @media(max-width:700px){.two{grid-template-columns:1fr}})";
-
-template <class... Values>
-std::string format(const char* form, Values... values) {
-  char text[600];
-  std::snprintf(text, sizeof text, form, values...);
-  return text;
-}
 
 std::string picture(const Image& image) {
   if (image.bytes.empty()) return {};
@@ -60,7 +53,8 @@ std::string camera_rows(const char* name, const LensNumbers& lens, const RigEsti
   for (std::size_t i = 0; i < kLensNumbers; ++i) {
     const double sigma = std::sqrt(rig.covariance(from + Eigen::Index(i), from + Eigen::Index(i)));
     if (sigma == 0) continue;
-    out += format(i < 4 ? "<tr><td>%s camera, %s</td><td class='n'>%.3f px</td><td class='n'>"
+    out +=
+        formatted(i < 4 ? "<tr><td>%s camera, %s</td><td class='n'>%.3f px</td><td class='n'>"
                           "&plusmn; %.3f</td></tr>"
                         : "<tr><td>%s camera, %s</td><td class='n'>%.6f</td><td class='n'>&plusmn; "
                           "%.6f</td></tr>",
@@ -73,30 +67,31 @@ std::string figures(const StereoCalibration& c) {
   const double tilt = Eigen::AngleAxisd(c.rig.T_right_left.linear()).angle() * 180 / M_PI;
   std::string out = "<table>";
   const auto row = [&out](const char* what, const std::string& value, const char* meaning) {
-    out += format("<tr><td>%s</td><td class='n'>", what) + value + "</td><td class='note'>" +
+    out += formatted("<tr><td>%s</td><td class='n'>", what) + value + "</td><td class='note'>" +
            meaning + "</td></tr>";
   };
   row("Height of the floor",
-      format("&plusmn; %.2f cm at %.1f m", 100 * c.height_sigma_m.most(), c.floor_m),
+      formatted("&plusmn; %.2f cm at %.1f m", 100 * c.height_sigma_m.most(), c.floor_m),
       "1 sigma in 95 % of the image, from this calibration alone");
   row("Baseline",
-      format("%.2f &plusmn; %.2f mm", 1000 * c.rig.baseline_m(), 1000 * c.rig.baseline_sigma_m()),
+      formatted("%.2f &plusmn; %.2f mm", 1000 * c.rig.baseline_m(),
+                1000 * c.rig.baseline_sigma_m()),
       "distance of the two cameras");
-  row("Angle between the cameras", format("%.3f&deg;", tilt), "");
-  row("Corner noise", format("%.3f px", c.rig.sigma_px), "what the fit leaves, 1 sigma an axis");
-  row("Rows of the rectified pair", format("%.3f px", epipolar_rms(c)),
+  row("Angle between the cameras", formatted("%.3f&deg;", tilt), "");
+  row("Corner noise", formatted("%.3f px", c.rig.sigma_px), "what the fit leaves, 1 sigma an axis");
+  row("Rows of the rectified pair", formatted("%.3f px", epipolar_rms(c)),
       "root mean square; matching wants less than 0.3");
-  row("Direction of a pixel", format("&plusmn; %.3f px", c.direction_sigma_px.most()),
+  row("Direction of a pixel", formatted("&plusmn; %.3f px", c.direction_sigma_px.most()),
       "1 sigma in 95 % of the left image");
   if (c.halves_expected_m > 0)
-    row("Two halves of the views", format("%.2f cm apart", 100 * c.halves_apart_m),
-        format("at the floor; %.2f are expected (1 sigma)", 100 * c.halves_expected_m).c_str());
+    row("Two halves of the views", formatted("%.2f cm apart", 100 * c.halves_apart_m),
+        formatted("at the floor; %.2f are expected (1 sigma)", 100 * c.halves_expected_m).c_str());
   row("Bend of the board",
-      format("%.2f, %.2f mm", 1000 * c.rig.warp_m.x(), 1000 * c.rig.warp_m.y()),
+      formatted("%.2f, %.2f mm", 1000 * c.rig.warp_m.x(), 1000 * c.rig.warp_m.y()),
       "its middle against its edges; reckoned with");
-  row("Views", format("%zu used, %zu rejected", c.views.size(), c.rejected.size()),
-      format("%zu corners, %d dropped, %d views numbered from the other end", c.residuals.size(),
-             c.dropped, c.renumbered)
+  row("Views", formatted("%zu used, %zu rejected", c.views.size(), c.rejected.size()),
+      formatted("%zu corners, %d dropped, %d views numbered from the other end", c.residuals.size(),
+                c.dropped, c.renumbered)
           .c_str());
   return out + "</table>";
 }
@@ -114,8 +109,8 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
       escaped(title) + "</title><style>" + kStyle +
       "</style></head><body><h1>Stereo calibration</h1>";
   out += "<p class='sub'>" + escaped(title) + " &middot; " + escaped(c.board.text()) +
-         format(" &middot; images of %u x %u</p>", c.size.width, c.size.height);
-  out += format(
+         formatted(" &middot; images of %u x %u</p>", c.size.width, c.size.height);
+  out += formatted(
       "<div class='verdict %s'>%s<small>A floor at %.1f m: heights sure to %.2f cm (1 "
       "sigma) in 95 %% of the image.</small></div>",
       kClass[verdict], kText[verdict], c.floor_m, 100 * c.height_sigma_m.most());
@@ -128,14 +123,14 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
   out += "<h2>Where the board was</h2><div class='two'>";
   for (const bool right : {false, true})
     out += "<figure>" + svg_coverage(c, right) +
-           format("<figcaption>%s image; shaded: too few corners</figcaption></figure>",
-                  right ? "Right" : "Left");
+           formatted("<figcaption>%s image; shaded: too few corners</figcaption></figure>",
+                     right ? "Right" : "Left");
   out += "</div><h2>What the fit leaves</h2><div class='two'>";
   for (const bool right : {false, true}) out += "<figure>" + svg_residuals(c, right) + "</figure>";
   out += "</div><h2>How surely</h2><div class='two'><figure>" +
          svg_grid(c.height_sigma_m, c.size, 100) +
-         format("<figcaption>Height of a floor at %.1f m, 1 sigma [cm]</figcaption></figure>",
-                c.floor_m) +
+         formatted("<figcaption>Height of a floor at %.1f m, 1 sigma [cm]</figcaption></figure>",
+                   c.floor_m) +
          "<figure>" + svg_grid(c.direction_sigma_px, c.size, 1) +
          "<figcaption>Direction of a pixel, 1 sigma [px]</figcaption></figure></div>";
   out +=

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "base/format.hpp"
 #include "calibration/epipolar.hpp"
 #include "calibration/verdict.hpp"
 
@@ -40,32 +40,26 @@ std::vector<double> view_rms(const std::vector<Residual>& all, std::size_t views
 
 std::string why_rejected(const View& view, const Board& board, const RigEstimate& rig, double rms,
                          double sigma) {
-  char text[240];
   if (!view.left.empty() && !view.right.empty()) {
     const Apart apart = seen_apart(view, board, rig);
     const double fits = std::max(0.5, 4 * sigma);
     if (apart.left_px < fits && apart.right_px < fits) {
-      std::snprintf(text, sizeof text,
-                    "left and right show the board %.1f mm apart: not taken at the same time, or "
-                    "not of one pair",
-                    1000 * apart.distance_m);
-      return text;
+      return formatted(
+          "left and right show the board %.1f mm apart: not taken at the same time, or "
+          "not of one pair",
+          1000 * apart.distance_m);
     }
     if (apart.left_px < fits || apart.right_px < fits) {
-      std::snprintf(text, sizeof text,
-                    "the corners in the %s image are wrong (off by %.1f px): blurred, shadowed, or "
-                    "another thing taken for the board",
-                    apart.left_px < fits ? "right" : "left",
-                    std::max(apart.left_px, apart.right_px));
-      return text;
+      return formatted(
+          "the corners in the %s image are wrong (off by %.1f px): blurred, shadowed, or "
+          "another thing taken for the board",
+          apart.left_px < fits ? "right" : "left", std::max(apart.left_px, apart.right_px));
     }
   }
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "its corners are off by %.1f px where others are by %.2f: blurred, bent, or another "
       "thing taken for the board",
       rms, sigma);
-  return text;
 }
 
 /// Takes out what does not fit. True: something was.

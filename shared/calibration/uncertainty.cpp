@@ -3,7 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
+
+#include "calibration/rays.hpp"
 
 namespace crane {
 namespace {
@@ -14,21 +15,14 @@ constexpr Eigen::Index kNumbers = RigEstimate::kNumbers;
 
 using Jacobian = Eigen::Matrix<double, 4, kNumbers>;
 
-/// Points on the plane z = 1 that the left camera sees at the grid's pixels.
-std::vector<Eigen::Vector3d> rays(const RigEstimate& rig, const ImageSize& size) {
-  std::vector<cv::Point2d> pixels;
+/// What the left camera sees at the grid's pixels.
+std::vector<Eigen::Vector3d> grid_rays(const RigEstimate& rig, const ImageSize& size) {
+  std::vector<Eigen::Vector2d> pixels;
   for (int r = 0; r < kRows; ++r)
     for (int c = 0; c < kColumns; ++c)
       pixels.emplace_back((size.width - 1.0) * c / (kColumns - 1),
                           (size.height - 1.0) * r / (kRows - 1));
-  const LensNumbers& l = rig.left;
-  const cv::Matx33d K(l[0], 0, l[2], 0, l[1], l[3], 0, 0, 1);
-  const cv::Mat D(1, 8, CV_64F, const_cast<double*>(l.data() + 4));
-  std::vector<cv::Point2d> plane;
-  cv::undistortPoints(pixels, plane, K, D);
-  std::vector<Eigen::Vector3d> out;
-  for (const auto& p : plane) out.emplace_back(p.x, p.y, 1.0);
-  return out;
+  return rays(rig.left, pixels);
 }
 
 /// The rig's numbers, moved by `step` of one of them.
@@ -113,7 +107,7 @@ double ImageGrid::most() const {
 }
 
 ImageGrid direction_sigma(const RigEstimate& rig, const ImageSize& size) {
-  const auto points = rays(rig, size);
+  const auto points = grid_rays(rig, size);
   const auto rows = static_cast<Eigen::Index>(2 * points.size());
   Eigen::MatrixXd by_lens(rows, kLensNumbers);
   Eigen::MatrixXd by_turn(rows, 3);
@@ -142,7 +136,7 @@ ImageGrid direction_sigma(const RigEstimate& rig, const ImageSize& size) {
 
 ImageGrid height_sigma(const RigEstimate& rig, const ImageSize& size, double distance_m) {
   std::vector<double> out;
-  for (const auto& ray : rays(rig, size)) {
+  for (const auto& ray : grid_rays(rig, size)) {
     const Eigen::Vector3d point = distance_m * ray;
     Jacobian J;
     for (Eigen::Index n = 0; n < kNumbers; ++n) {
@@ -159,7 +153,7 @@ ImageGrid height_sigma(const RigEstimate& rig, const ImageSize& size, double dis
 ImageGrid height_difference(const RigEstimate& rig, const RigEstimate& other, const ImageSize& size,
                             double distance_m) {
   std::vector<double> out;
-  for (const auto& ray : rays(rig, size)) {
+  for (const auto& ray : grid_rays(rig, size)) {
     const Eigen::Vector3d point = distance_m * ray;
     out.push_back(
         std::abs(height_by_pixels(other, point) * (seen(rig, point) - seen(other, point))));
