@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "dds/hoist_reading.hpp"
 #include "geometry/calibration_digest.hpp"
 #include "service/status_reporter.hpp"
 
@@ -182,13 +183,7 @@ void RecordInputs::take_hoist(Recorder& recorder) {
       dropped_.add(Cause::kHoistFailed);
       continue;
     }
-    HoistReading r;
-    r.time = h.time_ns();
-    r.hook_height_m = h.hook_height_m();
-    r.sling_m = h.sling_m();
-    r.load_size_m = {h.load_size_x_m(), h.load_size_y_m(), h.load_size_z_m()};
-    r.load_yaw_rad = h.load_yaw_rad();
-    r.sway_m = {h.sway_x_m(), h.sway_y_m()};
+    const HoistReading r = dds::hoist_reading(h);
     if (!follows(r.time, last_hoist_))
       dropped_.add(Cause::kRecordOtherTime);
     else if (recorder.put(r))

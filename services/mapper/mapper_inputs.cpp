@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bounds.h"
+#include "dds/hoist_reading.hpp"
 #include "service/status_reporter.hpp"
 
 namespace crane {
@@ -93,14 +94,7 @@ void MapperInputs::take_hoist(MappingPipeline& pipeline) {
       pipeline.add_failed_hoist();
       continue;
     }
-    HoistReading r;
-    r.time = h.time_ns();
-    r.hook_height_m = h.hook_height_m();
-    r.sling_m = h.sling_m();
-    r.load_size_m = {h.load_size_x_m(), h.load_size_y_m(), h.load_size_z_m()};
-    r.load_yaw_rad = h.load_yaw_rad();
-    r.sway_m = {h.sway_x_m(), h.sway_y_m()};
-    pipeline.add_hoist(r);
+    pipeline.add_hoist(dds::hoist_reading(h));
   }
 }
 
