@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "clearance_service.hpp"
 
 int main(int argc, char** argv) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // For which instruction sets Highway compiles a file: from SSE4 (every PC since 2008) or NEON

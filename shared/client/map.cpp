@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "crane/client/map.hpp"
 
 #include "client/map_impl.hpp"

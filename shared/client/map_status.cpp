@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "client/map_status.hpp"
 
 #include "bounds.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "cloud/pcl_filters.hpp"
 
 #include <pcl/filters/statistical_outlier_removal.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/hoist_config.hpp"
 
 #include "config/key.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/key_printer.hpp"
 
 #include "config/yaml_text.hpp"

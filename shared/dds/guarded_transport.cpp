@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dds/guarded_transport.hpp"
 
 #include <arpa/inet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dds/observer.hpp"
 
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writers of ROS 2's types. A library of its own: only the mirror has them.
 
 #include "dds/ros2_topics.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "dds/security.hpp"
 
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>

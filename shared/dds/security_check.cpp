@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fnmatch.h>
 #include <openssl/x509v3.h>
 #include <pwd.h>

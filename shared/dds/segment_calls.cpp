@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fast DDS maps shared memory by these two calls of libc, and never asks whose
 // it is or whether it is there. A program that holds these (our services and
 // tools; not the client library, which is a guest in its host) has both asked

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // What endpoints.cpp and ros2_endpoints.cpp are made of; only they include it.

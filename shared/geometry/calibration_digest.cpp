@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "geometry/calibration_digest.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "map_codec/tile_snapshot.hpp"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // No Eigen, OpenCV or standard containers here: what this file compiles with wide instructions must
 // not be merged by the linker into code for every processor.
 #include "mapping/free_cube.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "mapping/paper_mapper.hpp"
 
 #include "cloud/pcl_filters.hpp"

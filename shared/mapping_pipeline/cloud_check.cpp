@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "mapping_pipeline/cloud_check.hpp"
 
 #include <cmath>

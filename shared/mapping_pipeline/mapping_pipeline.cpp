@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "mapping_pipeline/mapping_pipeline.hpp"
 
 #include <cmath>

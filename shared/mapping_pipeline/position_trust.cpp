@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "mapping_pipeline/position_trust.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "motion/cell_sweep.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rtps_guard/builtin.hpp"
 
 #include <algorithm>

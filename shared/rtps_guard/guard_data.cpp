@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DATA: who announces itself, what it writes, what ends.
 
 #include <algorithm>

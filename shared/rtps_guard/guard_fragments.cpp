@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DATA_FRAG: samples in parts.
 
 #include <algorithm>

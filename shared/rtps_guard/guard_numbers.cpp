@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // HEARTBEAT and GAP: how far a writer's numbers jump.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stereo/pair_check.hpp"
 
 #include <Eigen/Dense>

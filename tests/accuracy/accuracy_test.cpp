@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The quick part of the accuracy report: scenes that nothing was tuned on must do as well.
 
 #include <gtest/gtest.h>

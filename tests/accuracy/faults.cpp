@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the watchdog makes of calibrations and rangefinders that are wrong.
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The accuracy report. usage: tests/accuracy/run [--out DIR] [--seeds N] [--no-sweeps]
 
 #include <CLI/CLI.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clearance over a hall of 60 m x 20 m at 5 cm, as the client library answers it.
 
 #include <benchmark/benchmark.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // "May the load go there?" over DDS, as a controller without our library asks: request to reply,
 // with a map of a hall of 60 m x 20 m at 5 cm served on the same host.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the check before Fast DDS costs of a frame's way over UDP: the 87 datagrams of 5.5 MB,
 // checked, and the same sent and received over loopback. usage: tests/bench/run
 // --benchmark_filter=Guard

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Matchers side by side on frames with true depth, and on real pairs with true disparity.
 // usage: cranemap-matcher-table RECORDING [FRAMES]   or   cranemap-matcher-table --pair LEFT RIGHT
 // TRUTH SCALE MAX

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of each stage on the rig's first frame, and beside it what OctoMap takes to insert the same
 // cloud. usage: tests/bench/run [--benchmark_filter=...]
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two cameras by Aravis, its own fakes, in a network of their own: through the real service and
 // DDS to a subscriber.
 

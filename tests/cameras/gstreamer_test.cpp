@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pipelines by the real GStreamer, loaded as cranemap-camera loads it.
 
 #include <gst/rtsp-server/rtsp-server.h>

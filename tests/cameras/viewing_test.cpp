@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures of which nobody says when they were taken: published to be looked at, mapped by nobody.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written about the configuration is what its descriptions say.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who may include whom, from one table. The order is that of the layers in shared/CMakeLists.txt.
 
 #include <gtest/gtest.h>

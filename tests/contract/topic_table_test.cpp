@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // idl/README.md, the IDL and dds/topics.hpp say the same.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bad network cable between two hosts that are network namespaces: two TAP devices, and what goes
 // in at one comes out at the other, late, doubled, out of order, or not at all. usage: bad-wire
 // DEVICE_A DEVICE_B [loss % [delay ms [jitter ms [doubled %]]]] Makes both devices where it runs,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What somebody who reaches a host's RTPS ports can send without knowing anything.
 // usage: rtps-attack garbage|participants ADDRESS DOMAIN SECONDS [PER_SECOND]
 //   garbage       random datagrams, half of them with a good RTPS header; as fast as it goes, or so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a camera or a folder of pictures gives: names, and frames of any length taken apart.
 #include <cstdint>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clearance queries of any numbers, to a small map with zones: refused, or answered within the
 // bound of what one may cost, and what is called clear stays so at every height that is said to be
 // clear.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Site configuration, and with it every typed read of YamlReader.
 #include <cstdint>
 #include <string>

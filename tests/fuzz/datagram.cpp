@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RTPS datagrams as the guard before Fast DDS sees them.
 #include <cstdlib>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What arrives on a rangefinder's line: the first byte says of which make.
 #include <cmath>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The small files beside a recording, its truth, and scenes: whatever stands in one of them, the
 // others being sound. The first byte chooses the file.
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Drives a libFuzzer target without libFuzzer: seeded mutations of the corpus, so that every
 // compiler and every build runs it. usage: fuzz_X [-runs=N] [-seed=N] CORPUS_FOLDER
 

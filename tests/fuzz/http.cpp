@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // HTTP requests of any bytes: each gets an answer of the table, and none but an own name passes for
 // one of ours.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every IDL type's deserialiser and key extraction behind its guard, then the validator.
 #include <cstdint>
 #include <cstring>

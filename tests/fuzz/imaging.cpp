@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images as anybody may say them to be: format, size and bytes at will.
 #include <cstdint>
 #include <vector>

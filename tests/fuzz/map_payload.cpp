@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What comes inside tiles: voxels, heights, saved state. First as given, then as the content of an
 // intact zstd frame, which is where the decoders' own checks begin.
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Map files as anybody may hand them to `cranemap evaluate`: what passes the check is then read by
 // OctoMap, which checks nothing.
 #include <cstdint>

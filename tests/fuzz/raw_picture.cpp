@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures as cameras lay them out in memory, of any size, padding and format, taken apart.
 #include <cstdint>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // data.csv, that of hoist0, images and what is around them. (Pixels are libpng's and libjpeg's.)
 #include <cstdint>
 #include <string>

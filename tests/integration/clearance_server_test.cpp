@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A controller without our library: requests and replies over DDS, beside a mapper.
 
 #include "clearance/clearance_server.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One malformed datagram ends Debian's Fast DDS. The guard before it lets through all that real
 // peers send, and nothing that ends, hangs or fills a process.
 

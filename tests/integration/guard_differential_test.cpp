@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guard reads a message as Fast DDS does: what it lets through, Fast DDS's own code finds the
 // same submessages and parameters in.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Serves tiles, takes frames and answers commands until it is ended: what datagram_guard_test
 // attacks. usage: guard_victim DOMAIN guarded|bare loopback|all [SECURITY]    on these interfaces;
 // with a folder of DDS Security, as its mapper

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A map within a participant that the program has already.
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Peers that speak well-formed RTPS and want no good. Whoever is served goes on being served, who
 // comes later is served as well, and memory stays within bounds.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Malformed samples from a peer that speaks DDS but not our contract: no process ends, nothing
 // malformed is handed out.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Peers whose samples keep the contract and lie. The client is the real one, what lies is another
 // process of the network as DDS sees it.
 

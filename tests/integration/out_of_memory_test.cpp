@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that runs out at any moment, in the thread that follows the map and in the one that asks:
 // nothing is thrown into a controller, and no answer is made of half a map.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What comes through shared memory is checked as what comes over UDP is.
 
 #include <fastdds/rtps/transport/TransportInterface.h>

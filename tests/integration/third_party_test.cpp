@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who announces itself with somebody else's address has us flood that one: announcements go there
 // twice a second, for as long as the lease says. Two hosts on a wire; the other is the third party.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Somebody else's camera on somebody else's DDS, by the example that is in the manual.
 
 #include "cyclone.hpp"

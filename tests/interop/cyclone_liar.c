@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A peer on Eclipse Cyclone DDS that keeps the contract and lies: what it writes is what the mapper
  * wrote, under other keys, as another process.
  * usage: cyclone_liar tiles|ends|requests STRENGTH DOMAIN

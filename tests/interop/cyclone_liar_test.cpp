@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lies in the words of another vendor's DDS, against the real client and mapper's publishing half.
 
 #include <gtest/gtest.h>

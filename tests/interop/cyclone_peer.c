@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A peer on Eclipse Cyclone DDS, from the same IDL files by idlc, with none of our code.
  * usage: cyclone_peer check|ended|send TOPIC DOMAIN     one topic, field by field (samples.h);
  *                                                       ended: until its instance is disposed

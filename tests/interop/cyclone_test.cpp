@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same IDL on another vendor's DDS: every topic in both directions, compared field by field,
 // and a living map followed by a program in C that has none of our code.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // mrcal (NASA/JPL), an independent calibration, on the same corners: both must agree within what
 // they say of their own uncertainty.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* What an RViz2 on another vendor's DDS gets: reads the mirror's topics by ROS 2's names and types.
  * usage: ros2_peer DOMAIN       Exit code: 0 every topic came and makes sense, 1 not, 4 something did not come. */
 #include <dds/dds.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The mirror's bytes against the .msg files of the ROS packages, and its topics as a reader of
 // another vendor gets them by ROS 2's names.
 

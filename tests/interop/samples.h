@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* One sample of every topic, in a form that C and C++ can both fill and check: field by field.
  * F(field, value)  a number          S(field, text)         a string
  * B(field, count)  a sequence of bytes or of floats that are whole   A(field, count, value) an array; i = index

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Sets the fields of samples.h in a sample `s` of the generated C++.

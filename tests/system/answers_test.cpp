@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a controller is told of the demo's map, asked as README says.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What users get wrong, and what disks do: each a clear error that says what, where, what to do.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `cranemap calibrate stereo` as a technician uses it, right and wrong, on rendered images.
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Somebody else's camera by the writer library.
 
 #include "system/camera_driver.hpp"

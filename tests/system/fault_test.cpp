@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // kill -9 of any service during a run: the rest go on, it rejoins, the run ends well and leaves
 // nothing behind.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera whose software writes files: pairs that appear in a folder become a map.
 
 #include <gtest/gtest.h>

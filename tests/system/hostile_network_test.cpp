@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All services of a crane, and somebody beside them who says again what they say, a little
 // otherwise each time, in their names.
 

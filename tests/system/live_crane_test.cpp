@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A whole crane without hardware: rendered pictures and emulated rangefinders, through the real
 // drivers, services and DDS, into a map that is judged by the scene's truth.
 

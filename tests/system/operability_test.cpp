@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What those who run services rely on: systemd, signals, health, logs.
 
 #include <arpa/inet.h>

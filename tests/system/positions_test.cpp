@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rangefinders that lie, calibrations that differ, mappers that do not hear each other: nothing is
 // mapped wrong, and it is said.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rangefinders on pseudo-terminals, through the real drivers, services and DDS, into the map.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the live topics say, recorded by an ordinary subscriber and played again.
 
 #include <gtest/gtest.h>

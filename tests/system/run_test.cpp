@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole chain as its users run it: real processes, real DDS, real images.
 
 #include <gtest/gtest.h>

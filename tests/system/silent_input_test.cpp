@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inputs that made a wrong map, lost a file or hung in silence: each is used rightly or refused and
 // named. The rules are tested one by one in unit tests; here is what a user sees of them.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The live map, saved as it is now.
 
 #include <gtest/gtest.h>

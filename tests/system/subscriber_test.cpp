@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Subscribers of a living map: many, stopped for a while, and over the death of the mapper.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Halls to ask clearance in, seeded or by hand, and the slow reference: voxel by voxel.

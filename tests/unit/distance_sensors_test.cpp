@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rangefinders: what their telegrams say, against emulators written from the same manuals.
 
 #include "sensors/distance/distance_device.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boards of each kind in rendered images whose corners are known.
 
 #include <gmock/gmock.h>

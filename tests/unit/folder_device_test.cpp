@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/camera/folder_device.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What anybody can do to the HTTP port of a service.
 
 #include <arpa/inet.h>

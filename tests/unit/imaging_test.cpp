@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What bytes of each pixel format say, against formulas written down anew.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames and clouds with their images where the payload has them: the same bytes as the generated
 // types of the same IDL, and no byte too many.
 

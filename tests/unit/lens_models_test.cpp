@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Each lens model against a camera written down anew: points are projected through rig and lens,
 // and must be where the rectification looks for them, in the same row of both images.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A PLC's registers by Modbus TCP: our source against libmodbus's server.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every double of every topic, one after the other, as no number at all: refused before it is used.
 // The fields are those of the interoperation test, which a contract keeps complete.
 

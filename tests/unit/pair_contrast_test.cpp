@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stereo/pair_contrast.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "geometry/position_track.hpp"
 
 #include <gtest/gtest.h>

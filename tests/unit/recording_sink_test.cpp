@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings of what goes on: exact, whole at any moment, and never larger than they may be.
 
 #include "recording/recording_sink.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the guard before Fast DDS refuses, and why; each kind that ended, hung or filled a service
 // is here, with its neighbours.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stereo/semi_global.hpp"
 
 #include <gtest/gtest.h>

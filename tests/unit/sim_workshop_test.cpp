@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the simulator can do to a camera, a surface and a recording.
 
 #include <gtest/gtest.h>

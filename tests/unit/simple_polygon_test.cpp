@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "geometry/simple_polygon.hpp"
 
 #include <gtest/gtest.h>

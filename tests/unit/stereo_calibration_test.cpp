@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibration from views whose truth is known, and from views as people take them.
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a camera may give, through the stage: whatever the format, the same depth.
 
 #include <gtest/gtest.h>

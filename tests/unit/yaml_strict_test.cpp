@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What YAML readers do not agree on, or drop in silence, is refused with its line.
 #include "config/yaml_strict.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "mapper/zone_book.hpp"
 
 #include <gtest/gtest.h>

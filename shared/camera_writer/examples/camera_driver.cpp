@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera driver: what your camera's library gives becomes topic stereo_frame. Here two grey
 // pictures (PGM) stand for the camera, 10 times a second.
 // usage: cranemap-example-camera-driver LEFT.pgm RIGHT.pgm [DOMAIN [FRAMES]]

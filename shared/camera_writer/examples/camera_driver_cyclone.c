@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A camera driver without our code: Eclipse Cyclone DDS and what idlc makes of idl/v1/stereo_frame.idl.
  * Two grey pictures (PGM) stand for the camera, 10 times a second.
  * usage: camera_driver_cyclone LEFT.pgm RIGHT.pgm [DOMAIN [FRAMES]] */

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Before a move: may the load go there, how high must it be, and how do we know?
 // usage: cranemap-example-clearance-before-move [X0 Y0 X1 Y1 Z [DOMAIN [CRANE]]]
 // From, to, and the underside of the load [m]. Exit code: 0 clear, 1 blocked, 4 no answer.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Joins whenever it likes, gets the whole current map, and asks it one thing.
 // usage: cranemap-example-late-join [X Y [DOMAIN [CRANE]]]   metres in the map frame
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Is told of every change as it comes, instead of asking.
 // usage: cranemap-example-on-update [SECONDS [DOMAIN [CRANE]]]
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Saves the map as it is now for octovis and every other reader of OctoMap files.
 // usage: cranemap-example-save-bt FILE.bt [DOMAIN [CRANE]]
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/camera/load_module.hpp"
 
 #include <dlfcn.h>

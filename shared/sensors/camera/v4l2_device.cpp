@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/camera/v4l2_device.hpp"
 
 #include <algorithm>

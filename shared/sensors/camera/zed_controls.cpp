@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/camera/zed_controls.hpp"
 
 #include <linux/usb/video.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/distance/plc_telegram.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/distance/telegram_frames.hpp"
 
 #include <charconv>

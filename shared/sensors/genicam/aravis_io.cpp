@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/genicam/aravis_io.hpp"
 
 #include <arv.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/gstreamer/capture_time.hpp"
 
 #include <gst/base/gstbasesink.h>

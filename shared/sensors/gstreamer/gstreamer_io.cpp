@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/gstreamer/gstreamer_io.hpp"
 
 #include <gst/app/gstappsink.h>

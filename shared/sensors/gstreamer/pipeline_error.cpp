@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/gstreamer/pipeline_error.hpp"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the watchdog makes of scenes and recordings, with and without faults.
 
 #include <CLI/CLI.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "watch_trial.hpp"
 
 #include "geometry/calibration_digest.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every fault alone over ten seconds of driving: found, named, and nothing mapped by it afterwards.
 // One rendering serves all: what is told of cameras and rangefinders is wrong, images are right.
 

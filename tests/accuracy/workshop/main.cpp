@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All scenes of shared/sim/scenes/workshop against their bounds. usage: tests/accuracy/workshop/run
 
 #include <CLI/CLI.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The quick half of the workshop's scenes: small images, few frames, the same bounds. A scene is
 // rendered by the one test that needs it.
 

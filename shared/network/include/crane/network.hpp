@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Needs the C++17 standard library only: it is part of the client library's public headers.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // For whoever has a stereo camera that cranemap does not know: pairs of images as topic

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // "May the load go there, how high must it be, and how do you know?" C++17 standard library only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // The crane controller's view of the map. Needs the C++17 standard library only.
