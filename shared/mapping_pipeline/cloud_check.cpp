@@ -5,6 +5,21 @@
 
 namespace crane {
 
+namespace {
+
+/// A depth of confidence 0 is one of several that fit: no evidence until motion tells which.
+void take_out_ambiguous(CloudSample& cloud) {
+  cloud.ambiguous_m.clear();
+  for (std::size_t i = 0; i < cloud.depth_m.size(); ++i) {
+    if (cloud.confidence[i] != 0 || cloud.depth_m[i] == 0) continue;
+    if (cloud.ambiguous_m.empty()) cloud.ambiguous_m.resize(cloud.depth_m.size());
+    cloud.ambiguous_m[i] = std::max(0.F, cloud.depth_m[i]);
+    cloud.depth_m[i] = 0;
+  }
+}
+
+}  // namespace
+
 std::optional<Cause> check_cloud(CloudSample& cloud, std::uint64_t calibration) {
   if (cloud.calibration != calibration) return Cause::kCloudOtherCalibration;
   const DepthFrame& f = cloud.frame;
@@ -26,6 +41,7 @@ std::optional<Cause> check_cloud(CloudSample& cloud, std::uint64_t calibration) 
   // At a disparity of an eighth of a pixel nothing is measured any more.
   const auto farthest = static_cast<float>(8 * f.f_px * f.baseline_m);
   for (float& depth : cloud.depth_m) depth = std::abs(depth) <= farthest ? depth : 0.F;
+  take_out_ambiguous(cloud);
   return std::nullopt;
 }
 

@@ -23,6 +23,7 @@ struct CloudSample {
   RowError rows;  ///< of the stereo pair
   std::vector<float> depth_m;
   std::vector<std::uint8_t> confidence, colour;
+  std::vector<float> ambiguous_m;  ///< empty, or one of several depths that fit a pixel; 0 = none
 };
 
 /// Which frames of a stream are in the map, and what became of the others.

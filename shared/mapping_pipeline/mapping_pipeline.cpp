@@ -234,8 +234,8 @@ FrameReport MappingPipeline::map_frame(CloudSample& cloud, const Gantry::Place& 
 
   // 5. What the pair left without a match, by the crane's own motion.
   if (!paper_) {
-    report.motion =
-        motion_.improve(cloud.frame, cloud.exposure_time, cloud.depth_m, cloud.confidence);
+    report.motion = motion_.improve(cloud.frame, cloud.exposure_time, cloud.depth_m,
+                                    cloud.confidence, cloud.ambiguous_m);
     counts_.add(Cause::kEarlierFrameMisplaced, report.motion.misplaced);
     lap("motion stereo");
   }

@@ -229,7 +229,9 @@ void CellProof::look(int u0, int v0, const CellFit& fit,
     for (std::size_t i = 0; i < kAll; ++i) {
       const float d = difference[i] - usual;
       const float g = gx_[i] * mx + gy_[i] * my;
-      square[i] = d * d / (noise + kSlip_px * kSlip_px * g * g);
+      // The place is uncertain across the way as well.
+      const float edge = gx_[i] * gx_[i] + gy_[i] * gy_[i];
+      square[i] = d * d / (noise + kSlip_px * kSlip_px * edge);
       gradient[i] = std::max(gradient[i], g * g);
     }
     for (int y = kMargin; y < kMargin + kCellEdge; ++y)

@@ -25,6 +25,7 @@ constexpr double kHidden =
 constexpr double kOneDepth = 3;  ///< sigmas
 /// Of the time between frames a tenth at most: cells looked at a second, on two threads.
 constexpr double kCellsPerSecond = 600;
+constexpr double kPatternsPerSecond = 2'500;
 constexpr double kSharpPerSecond = 20'000;
 constexpr double kLongestPause_s = 3;
 constexpr double kStands_m = 0.01;
@@ -37,6 +38,9 @@ constexpr double kPairSigma = 1.5;  ///< what its pixels have in common is as un
 constexpr double kBent = 2.5;       ///< sigmas that a cell's pixels may deviate from a plane
 /// The frame's sigma_disparity is divided by this, so that confidence can say what got better.
 constexpr int kFiner = 4;
+constexpr int kFewestBetween = 3;  ///< views that bear out both cells beside one
+/// What is done with a cell.
+enum : std::uint8_t { kNothing, kSweep, kTold, kBetween };
 
 /// The nearest surface that the pair found in a cell and half a cell around [m].
 float nearest_around(const DepthFrame& f, int u0, int v0) {
@@ -94,7 +98,8 @@ std::optional<CellFit> sharpened(CellProof& proof, int u0, int v0, double invers
 }  // namespace
 
 MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span<float> depth_m,
-                                   std::span<std::uint8_t> confidence) {
+                                   std::span<std::uint8_t> confidence,
+                                   std::span<const float> ambiguous_m) {
   MotionReport report;
   const std::size_t pixels = std::size_t(frame.width) * frame.height;
   expects(depth_m.size() == pixels && confidence.size() == pixels, "pixels fit the frame");
@@ -113,6 +118,10 @@ MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span
   report.misplaced = set.misplaced;
   if (set.proves_rest) {  // else it could be something that moves as steadily
     const double pause_s = std::clamp(double(exposure - last_) * 1e-9, 0.0, kLongestPause_s);
+    patterns_.clear();
+    if (!ambiguous_m.empty())
+      report.patterns =
+          patterns_.look(frame, image, set, ambiguous_m, std::size_t(kPatternsPerSecond * pause_s));
     look_at_cells(frame, image, set, std::size_t(kCellsPerSecond * pause_s), report);
     fill(frame, depth_m, confidence, report);
   }
@@ -145,11 +154,20 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
         unmatched += int(std::count(depth, depth + kCellEdge, 0.0F));
       }
       if (unmatched < kUnmatched * kCellEdge * kCellEdge || !both_see(column * kCellEdge)) continue;
+      std::uint8_t& wanted = wanted_[std::size_t(row * columns_ + column)];
+      if (patterns_.at(row, column)) {
+        wanted = kTold;
+        continue;
+      }
+      if (const auto fit = patterns_.between(row, column); fit && fit->count >= kFewestBetween) {
+        wanted = kBetween;
+        continue;
+      }
       if (report.cells >= most) {
         ++report.put_off;
         continue;
       }
-      wanted_[std::size_t(row * columns_ + column)] = 1;
+      wanted = kSweep;
       if (++report.cells == most) last = row;
     }
   }
@@ -168,8 +186,14 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
     for (int row = next++; row < rows_; row = next++)
       for (int column = 0; column < columns_; ++column) {
         const int u0 = column * kCellEdge, v0 = row * kCellEdge;
-        if (wanted_[std::size_t(row * columns_ + column)] == 0) continue;
-        const auto fit = proof.decide(u0, v0, sweep.look(u0 + kCellEdge / 2, v0 + kCellEdge / 2));
+        const auto cell = std::size_t(row * columns_ + column);
+        std::optional<CellFit> fit;
+        if (wanted_[cell] == kTold)
+          fit = patterns_.at(row, column);
+        else if (wanted_[cell] == kBetween)
+          fit = patterns_.between(row, column);
+        else if (wanted_[cell] == kSweep)
+          fit = proof.decide(u0, v0, sweep.look(u0 + kCellEdge / 2, v0 + kCellEdge / 2));
         // Beside something nearer it may be that, or what it hides from some of the views.
         if (!fit || nearest_around(f, u0, v0) < kNearer / float(fit->inverse_m)) continue;
         proof.look(u0, v0, *fit, borne);
@@ -177,6 +201,9 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
           for (int x = 0; x < kCellEdge; ++x) {
             const std::size_t at = std::size_t(v0 + y) * f.width + std::size_t(u0 + x);
             borne_[at] = borne[std::size_t(y * kCellEdge + x)];
+            // What has no depth of its own is no end of a stretch.
+            if (wanted_[cell] == kBetween && borne_[at] == Borne::kTextured)
+              borne_[at] = Borne::kPlain;
             inverse_[at] = float(fit->inverse_m);
             sigma_[at] = float(fit->sigma);
           }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "motion/cell_proof.hpp"
+#include "motion/pattern_cells.hpp"
 
 namespace crane {
 
@@ -15,6 +16,7 @@ struct MotionReport {
   std::size_t put_off = 0;    ///< not looked at for lack of time
   std::size_t proven = 0;     ///< pixels that got a depth
   std::size_t refined = 0;    ///< pixels whose depth got better
+  PatternReport patterns;     ///< what the pair matched at one of several depths that fit
 };
 
 /// The crane's own motion as a second eye: what the pair left without a match is looked for in
@@ -29,8 +31,10 @@ class MotionStereo {
   /// with them. The number of cells looked at follows the time since the last frame: some
   /// milliseconds at 10 Hz, and the rest in the next frames. Without colour, or at the first place,
   /// nothing changes.
+  /// `ambiguous_m`: depths that the pair found on patterns that repeat, one of several that fit;
+  /// empty, or a pixel each, 0 = none.
   MotionReport improve(DepthFrame& frame, TimeNs exposure, std::span<float> depth_m,
-                       std::span<std::uint8_t> confidence);
+                       std::span<std::uint8_t> confidence, std::span<const float> ambiguous_m = {});
   void begin_anew() { keys_.clear(); }
 
  private:
@@ -43,6 +47,7 @@ class MotionStereo {
             MotionReport& report);
 
   KeyFrames keys_;
+  PatternCells patterns_;
   int columns_ = 0, rows_ = 0, next_row_ = 0, next_sharp_ = 0;
   TimeNs last_ = 0;
   Eigen::Vector3d last_place_ = Eigen::Vector3d::Constant(1e9);

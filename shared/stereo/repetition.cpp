@@ -115,7 +115,7 @@ std::uint32_t Repetition::drop_ambiguous(const GreyView& left, std::span<std::in
         for (std::int16_t& d : row_of_cell(disparity, row, column, line)) {
           if (d == 0 || !doubtful(std::abs(d))) continue;
           confidence[std::size_t(&d - disparity.data())] = 0;
-          d = 0;
+          if (d < 0 || d >= (last_px_ + 1) * kDisparityScale) d = 0;
           ++dropped;
         }
     }

@@ -270,7 +270,7 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
       for (std::size_t i = 0; i < pixels; ++i) {
         const int d = disparity[i];
         out.depth_m[i] = d != 0 ? fb / static_cast<float>(d) : 0.0F;
-        matched += d > 0 ? 1 : 0;
+        matched += d > 0 && out.confidence[i] > 0 ? 1 : 0;
       }
       report.matched = matched;
     }

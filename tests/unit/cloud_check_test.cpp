@@ -50,6 +50,20 @@ TEST(CloudCheck, RefusesEachThingThatCannotBe) {
   }
 }
 
+TEST(CloudCheck, ADepthWithoutConfidenceIsOneOfSeveralAndNoMatch) {
+  CloudSample c = good();
+  EXPECT_FALSE(check_cloud(c, 7));
+  EXPECT_TRUE(c.ambiguous_m.empty());
+  c.confidence[5] = c.confidence[6] = 0;
+  c.depth_m[6] = -2;
+  EXPECT_FALSE(check_cloud(c, 7));
+  ASSERT_EQ(c.ambiguous_m.size(), c.depth_m.size());
+  for (std::size_t i = 0; i < c.depth_m.size(); ++i) {
+    EXPECT_EQ(c.depth_m[i], i == 5 || i == 6 ? 0 : 2);
+    EXPECT_EQ(c.ambiguous_m[i], i == 5 ? 2 : 0);
+  }
+}
+
 TEST(CloudCheck, DepthsThatCannotBeMeasuredAreNoMatch) {
   CloudSample c = good();
   c.depth_m[0] = std::numeric_limits<float>::infinity();

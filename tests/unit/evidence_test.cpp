@@ -155,8 +155,11 @@ double left_by_repetition(const std::function<double(double x, double y)>& brigh
   Repetition repetition(kWidth, kHeight, 64, 93);
   const std::uint32_t dropped =
       repetition.drop_ambiguous({image.data(), kWidth, kHeight, kWidth}, disparity, confidence);
-  const auto kept = std::count_if(disparity.begin(), disparity.end(), [](auto d) { return d > 0; });
+  const auto kept =
+      std::count_if(confidence.begin(), confidence.end(), [](auto c) { return c > 0; });
   EXPECT_EQ(std::size_t(kept) + dropped, image.size());
+  for (std::size_t i = 0; i < image.size(); ++i)  // one that fits, for whoever can tell
+    EXPECT_EQ(disparity[i], kFloor_px * kDisparityScale);
   return double(kept) / double(image.size());
 }
 
@@ -176,6 +179,19 @@ TEST(Repetition, WhatRepeatsAlongTheRowsWithinTheSearchIsNoMatch) {
               0.05)
         << "checker of " << period;
   }
+}
+
+TEST(Repetition, WhatIsOnlyLikelyOrBeyondTheSearchIsNotEvenOneOfSeveral) {
+  std::vector<std::uint8_t> image;
+  for (int i = 0; i < kWidth * kHeight; ++i) image.push_back(i % kWidth % 20 < 10 ? 60 : 160);
+  std::vector<std::int16_t> disparity(image.size(), -kFloor_px * kDisparityScale);
+  std::fill_n(disparity.begin(), image.size() / 2, std::int16_t(94 * kDisparityScale));
+  std::vector<std::uint8_t> confidence(image.size(), 255);
+  Repetition repetition(kWidth, kHeight, 64, 93);
+  repetition.drop_ambiguous({image.data(), kWidth, kHeight, kWidth}, disparity, confidence);
+  for (std::size_t i = 0; i < image.size(); ++i)
+    EXPECT_TRUE(confidence[i] == 255 || disparity[i] == 0);
+  EXPECT_GT(std::count(disparity.begin(), disparity.end(), 0), kWidth * kHeight / 2);
 }
 
 TEST(Repetition, RandomTextureEdgesAndPlainAreasAreLeftAlone) {

@@ -240,8 +240,18 @@ Filled filled_in(const View& v, const View& before) {
   return out;
 }
 
+/// What the pair says of a pattern: everywhere a depth that is wrong by one period.
+std::vector<float> one_period_off(const View& v, double period_px) {
+  std::vector<float> out(v.depth.size());
+  const double fb = kFocal * v.frame.baseline_m;
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (v.depth[i] == 0) out[i] = float(fb / (fb / kHeightM + period_px));
+  return out;
+}
+
 /// Drives over a floor of tiles that are all alike; what the last frame got.
-Filled drive(const std::vector<Eigen::Vector3d>& places_and_times) {
+/// `matched`: with what the pair says of it, else all depths are tried.
+Filled drive(const std::vector<Eigen::Vector3d>& places_and_times, bool matched = false) {
   MotionStereo motion;
   Filled out;
   for (const Eigen::Vector3d& at : places_and_times) {
@@ -249,7 +259,9 @@ Filled drive(const std::vector<Eigen::Vector3d>& places_and_times) {
     forget_floor(v);
     const View before = v;
     v.fix();
-    motion.improve(v.frame, TimeNs(at.z() * 1e9) + 1, v.depth, v.confidence);
+    constexpr double kPeriod_px = kFocal / kHeightM;  // 1 m
+    motion.improve(v.frame, TimeNs(at.z() * 1e9) + 1, v.depth, v.confidence,
+                   matched ? one_period_off(v, kPeriod_px) : std::vector<float>());
     out = filled_in(v, before);
   }
   return out;
@@ -260,6 +272,26 @@ TEST(MotionStereo, ResolvesAPatternWhoseTilesAreAllAlike) {
       drive({{0, 0, 0}, {0.83, 0.1, 3}, {0.3, 0.91, 6}, {1.37, 0.62, 9}, {0.7, 0.35, 12}});
   EXPECT_GT(f.matched, 3000);
   EXPECT_LT(f.wrong, f.matched / 200);
+}
+
+TEST(MotionStereo, TakesAMatchOnAPatternForOneOfSeveral) {
+  // In short time: a fifth of the cells could be tried at all depths.
+  const std::vector<Eigen::Vector3d> way = {
+      {0, 0, 0}, {0.83, 0.1, 0.1}, {0.3, 0.91, 0.2}, {1.37, 0.62, 0.3}, {0.7, 0.35, 0.4}};
+  const Filled without = drive(way), with = drive(way, true);
+  EXPECT_GT(with.matched, 3 * without.matched);
+  EXPECT_GT(with.matched, 20000);
+  EXPECT_LT(with.wrong, with.matched / 200);
+}
+
+TEST(MotionStereo, AMatchOnAPatternThatAllViewsBearOutElsewhereStaysUnknown) {
+  // Steps of whole periods, and what could move by itself.
+  const Filled same =
+      drive({{0, 0, 0}, {1, 0, 3}, {1, 1, 6}, {0, 1, 9}, {2, 0, 12}, {0, 0, 15}}, true);
+  EXPECT_LT(same.wrong, 50) << "of " << same.matched;
+  const Filled steady =
+      drive({{0, 0, 0}, {0.31, 0.22, 3}, {0.62, 0.44, 6}, {0.93, 0.66, 9}, {1.24, 0.88, 12}}, true);
+  EXPECT_EQ(steady.matched, 0);
 }
 
 TEST(MotionStereo, FindsNothingOnADriveThatASteadyMoverCouldMimic) {
