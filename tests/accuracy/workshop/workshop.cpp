@@ -20,7 +20,8 @@ constexpr const char* kThin = "of the thinnest a few cells; along the baseline 5
 constexpr const char* kRepeats = "the rim of the pattern beside obstacles is mapped off its height";
 constexpr const char* kNoise = "noise that matches noise";
 constexpr const char* kLow = "a low thing is pulled towards the floor's height at its ends";
-constexpr const char* kFewCells = "few of the pattern's cells can be looked at in a frame's time";
+constexpr const char* kFewCells = "several depths of the pattern fit all places on this way";
+constexpr const char* kRim = "the rim of the pattern is seen from too few places";
 constexpr const char* kThrough = "what is seen through or in it frees it";
 
 struct Short {
@@ -31,7 +32,9 @@ struct Short {
 constexpr Short kKnownShort[] = {
     {"beams_near", kNear},
     {"drive_bricks", kFewCells},
+    {"drive_bricks_uneven", kRim},
     {"drive_checker", kFewCells},
+    {"drive_checker_uneven", kRim},
     {"drive_grating", kFewCells},
     {"drive_stripes", kFewCells},
     {"exposure_mismatch", kNoise},
