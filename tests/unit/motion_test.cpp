@@ -325,5 +325,36 @@ TEST(MotionStereo, HalvesTheErrorOfAShortBaselineAtLeast) {
   EXPECT_LT(std::sqrt(after), 0.5 * std::sqrt(before));
 }
 
+/// All depths and confidences of two drives: over tiles that are all alike, and with a baseline
+/// that is short.
+std::pair<std::vector<float>, std::vector<std::uint8_t>> driven_on(int threads) {
+  std::pair<std::vector<float>, std::vector<std::uint8_t>> out;
+  for (const bool sharpens : {false, true}) {
+    MotionStereo motion(threads);
+    std::size_t changed = 0;
+    const double places[5][2] = {{0, 0}, {0.83, 0.1}, {0.3, 0.91}, {1.37, 0.62}, {0.7, 0.35}};
+    for (int i = 0; i < 5; ++i) {
+      View v = view_from(places[i][0], places[i][1], sharpens ? texture : checker, unsigned(i));
+      if (sharpens)
+        v.frame.baseline_m = 0.12;
+      else
+        forget_floor(v);
+      v.fix();
+      const MotionReport report =
+          motion.improve(v.frame, TimeNs(3 * i) * kNsPerSecond + 1, v.depth, v.confidence);
+      changed += sharpens ? report.refined : report.proven;
+      out.first.insert(out.first.end(), v.depth.begin(), v.depth.end());
+      out.second.insert(out.second.end(), v.confidence.begin(), v.confidence.end());
+    }
+    EXPECT_GT(changed, 3000U) << (sharpens ? "sharpened" : "filled in");
+  }
+  return out;
+}
+
+TEST(MotionStereo, IsTheSameOnAnyNumberOfThreads) {
+  const auto alone = driven_on(1);
+  for (const int threads : {2, 3, 8}) EXPECT_EQ(driven_on(threads), alone) << threads << " threads";
+}
+
 }  // namespace
 }  // namespace crane
