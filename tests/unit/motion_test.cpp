@@ -328,7 +328,7 @@ TEST(MotionStereo, HalvesTheErrorOfAShortBaselineAtLeast) {
 /// Frames of two drives: over tiles that are all alike, and with a baseline that is short.
 std::vector<View> frames_of(bool short_baseline) {
   std::vector<View> out;
-  const double places[4][2] = {{0, 0}, {0.83, 0.1}, {0.3, 0.91}, {0.7, 0.35}};
+  const double places[5][2] = {{0, 0}, {0.83, 0.1}, {0.3, 0.91}, {1.37, 0.62}, {0.7, 0.35}};
   for (const auto& [x, y] : places) {
     out.push_back(view_from(x, y, short_baseline ? texture : checker, unsigned(out.size())));
     if (short_baseline)
