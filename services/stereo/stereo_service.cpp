@@ -47,6 +47,7 @@ StereoSettings to_settings(const StereoConfig& c) {
   s.left_right_px = c.left_right_px;
   s.nearest_m = c.nearest_m;
   s.farthest_m = c.farthest_m;
+  s.threads = c.threads;
   return s;
 }
 
@@ -276,6 +277,7 @@ int run_stereo(int argc, char** argv) {
                        "images of " + std::to_string(rig->left.width) + " x " +
                            std::to_string(rig->left.height) + " do not fit a stereo frame",
                        "set the camera to 2448 x 2048 or less"};
+        use_threads(context.config.stereo.threads);
         auto stage = StereoStage::create(*rig, to_settings(context.config.stereo));
         if (!stage) return stage.error();
         char text[160];

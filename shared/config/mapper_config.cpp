@@ -90,6 +90,9 @@ void keys(KeyVisitor& v, MapperConfig& c) {
   v.number({"forget_s", "what is not seen again for so long is unknown; 0: never"}, c.forget_s,
            {0, 1e7, kNeverOr1s});
   v.integer({"max_memory_mib", "of the map"}, c.max_memory_mib, {64, 1'000'000});
+  v.integer(Key("threads", "of the machine that map; the map is the same for any number")
+                .by_default("0: all, at most 4"),
+            c.threads, {0, 8});
   paper(v, c);
 }
 

@@ -32,6 +32,7 @@ struct MapperConfig {
   int stale_ms = 2000;
   double forget_s = 3600;
   int max_memory_mib = 4096;
+  int threads = 0;
   // method: paper
   int outlier_neighbours = 50;
   double outlier_std = 1.0;

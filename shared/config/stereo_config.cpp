@@ -27,6 +27,9 @@ void keys(KeyVisitor& v, StereoConfig& c) {
            c.farthest_m, {0, 200});
   v.number({"sigma_disparity_px", "standard deviation of a match of confidence 255"},
            c.sigma_disparity_px, {0.01, 10});
+  v.integer(Key("threads", "of the machine that match; the result is the same for any number")
+                .by_default("0: all, at most 4"),
+            c.threads, {0, 8});
   YamlReader* y = v.reading();
   if (y != nullptr && c.nearest_m > 0 && c.farthest_m > 0 && c.nearest_m >= c.farthest_m)
     y->problem("nearest_m", "must be less than farthest_m");

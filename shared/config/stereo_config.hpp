@@ -16,6 +16,7 @@ struct StereoConfig {
   int left_right_px = 1;
   double nearest_m = 0, farthest_m = 0;
   double sigma_disparity_px = 0.05;
+  int threads = 0;
 };
 void keys(KeyVisitor& v, StereoConfig& c);
 

@@ -54,16 +54,57 @@ void FreeOfCube(const FreeProjection& p, const float first[3], std::uint8_t* mas
     }
 }
 
+CubeBounds BoundsOfCube(const FreeProjection& p, const float first[3], int edge) {
+  const hn::CappedTag<float, 8> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  alignas(32) static constexpr float kCorner[3][8] = {
+      {0, 1, 0, 1, 0, 1, 0, 1}, {0, 0, 1, 1, 0, 0, 1, 1}, {0, 0, 0, 0, 1, 1, 1, 1}};
+  const auto length = static_cast<float>(edge - 1);
+  CubeBounds out{};
+  for (int c = 0; c < 8; c += lanes) {
+    const auto at = [&](int axis) {
+      auto sum = hn::Mul(hn::Set(d, length * p.step[0][axis]), hn::Load(d, kCorner[0] + c));
+      for (int k = 1; k < 3; ++k)
+        sum = hn::Add(sum,
+                      hn::Mul(hn::Set(d, length * p.step[k][axis]), hn::Load(d, kCorner[k] + c)));
+      return hn::Add(hn::Set(d, first[axis]), sum);
+    };
+    const auto z = at(2);
+    const auto scale = hn::Div(hn::Set(d, p.focal), hn::Max(z, hn::Set(d, p.near_m)));
+    const auto u = hn::Mul(at(0), scale);
+    const auto v = hn::Mul(at(1), scale);
+    const auto low = [&](auto of) { return hn::GetLane(hn::MinOfLanes(d, of)); };
+    const auto high = [&](auto of) { return hn::GetLane(hn::MaxOfLanes(d, of)); };
+    const CubeBounds part{low(z), high(z), low(u), low(v), high(u), high(v)};
+    const auto least = [c](float& so_far, float now) {
+      if (c == 0 || now < so_far) so_far = now;
+    };
+    const auto most = [c](float& so_far, float now) {
+      if (c == 0 || now > so_far) so_far = now;
+    };
+    least(out.near_m, part.near_m), most(out.far_m, part.far_m);
+    least(out.u0, part.u0), least(out.v0, part.v0);
+    most(out.u1, part.u1), most(out.v1, part.v1);
+  }
+  out.u0 += p.cu, out.u1 += p.cu;
+  out.v0 += p.cv, out.v1 += p.cv;
+  return out;
+}
+
 }  // namespace crane::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace crane {
 HWY_EXPORT(FreeOfCube);
+HWY_EXPORT(BoundsOfCube);
 
 void free_of_cube(const FreeProjection& projection, const float first[3],
                   std::uint8_t masks[kFreeCube * kFreeCube]) {
   HWY_DYNAMIC_DISPATCH(FreeOfCube)(projection, first, masks);
+}
+CubeBounds bounds_of_cube(const FreeProjection& projection, const float first[3], int edge) {
+  return HWY_DYNAMIC_DISPATCH(BoundsOfCube)(projection, first, edge);
 }
 }  // namespace crane
 #endif

@@ -26,4 +26,11 @@ struct FreeProjection {
 void free_of_cube(const FreeProjection& projection, const float first[3],
                   std::uint8_t masks[kFreeCube * kFreeCube]);
 
+/// Where the centres of the voxels of a cube can lie: the hull of those at its corners.
+struct CubeBounds {
+  float near_m, far_m;   ///< depths
+  float u0, v0, u1, v1;  ///< in cells, of what is not nearer than near_m of the projection
+};
+CubeBounds bounds_of_cube(const FreeProjection& projection, const float first[3], int edge);
+
 }  // namespace crane

@@ -16,20 +16,25 @@ constexpr std::size_t cube_index(int x, int y, int z) {
   return static_cast<std::size_t>((z / kCube * kCubesEdge + y / kCube) * kCubesEdge + x / kCube);
 }
 
-/// Voxels of one frame that were seen through.
+/// Voxels of one frame that were seen through. The tile learns of it at the end.
 class Freeing {
  public:
   Freeing(Tile& tile, Epoch now, bool as_octomap)
       : tile_(tile), now_(now), least_(as_octomap ? kOctomapMin : kLogOddsMin) {}
+  ~Freeing() {
+    tile_.changed |= changed_;
+    tile_.reclassified |= reclassified_;
+  }
+  Freeing(const Freeing&) = delete;
+  Freeing& operator=(const Freeing&) = delete;
 
   void voxel(std::int8_t& log_odds, Epoch& seen) {
     seen = now_;
-    if (log_odds == least_) return;
-    const Occupancy before = classify(log_odds);
-    const int v = std::max(log_odds + kMiss, least_);
-    log_odds = static_cast<std::int8_t>(v == 0 ? -1 : v);
-    tile_.reclassified |= classify(log_odds) != before;
-    tile_.changed = true;
+    const int before = log_odds;
+    const int now = after_miss(before);
+    log_odds = static_cast<std::int8_t>(now);
+    changed_ |= now != before;
+    reclassified_ |= classify(now) != classify(before);
   }
   /// Whether a row of a cube is as free as can be, and was seen in this epoch.
   [[nodiscard]] bool is_done(const std::int8_t* log_odds, const Epoch* seen) const {
@@ -39,25 +44,39 @@ class Freeing {
     std::memcpy(&epochs, seen, sizeof epochs);
     return odds == kEach * static_cast<std::uint8_t>(least_) && epochs == kEach * now_;
   }
-  /// A row of a cube. False when it is not yet as free as can be.
+  /// A row of a cube. False when it was not yet as free as can be.
   bool row(std::int8_t* log_odds, Epoch* seen) {
     std::uint64_t odds = 0;
     std::uint64_t epochs = 0;
     std::memcpy(&odds, log_odds, sizeof odds);
     std::memcpy(&epochs, seen, sizeof epochs);
-    if (odds == kEach * static_cast<std::uint8_t>(least_)) {
-      if (epochs != kEach * now_) std::memset(seen, now_, kCube);
-      return true;
+    if (epochs != kEach * now_) std::memset(seen, now_, kCube);
+    if (odds == kEach * static_cast<std::uint8_t>(least_)) return true;
+    std::int8_t before[kCube], now[kCube];
+    std::memcpy(before, log_odds, kCube);
+    bool reclassified = false;
+    for (int i = 0; i < kCube; ++i) {
+      now[i] = static_cast<std::int8_t>(after_miss(before[i]));
+      reclassified |= classify(now[i]) != classify(before[i]);
     }
-    for (int i = 0; i < kCube; ++i) voxel(log_odds[i], seen[i]);
+    std::memcpy(log_odds, now, kCube);
+    changed_ = true;
+    reclassified_ |= reclassified;
     return false;
   }
 
  private:
+  /// One that is as free as can be stays so.
+  [[nodiscard]] int after_miss(int log_odds) const {
+    const int v = std::max(log_odds + kMiss, least_);
+    return v == 0 ? -1 : v;
+  }
+
   static constexpr std::uint64_t kEach = 0x0101010101010101ULL;
   Tile& tile_;
   Epoch now_;
   int least_;
+  bool changed_ = false, reclassified_ = false;
 };
 
 /// Free voxels of a cube become unknown where its mask says so; masks[8 * z + y], bit x. True when

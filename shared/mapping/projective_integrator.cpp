@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "base/two_threads.hpp"
+#include "base/threads.hpp"
 #include "mapping/freeing.hpp"
 #include "mapping/sighting.hpp"
 
@@ -33,22 +32,22 @@ IntegrationReport ProjectiveIntegrator::integrate(const DepthFrame& frame, TimeN
   Frustum frustum;
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> freed{0};
-  on_two_threads(
-      [&](Meeting& meeting) {
-        DepthFrame certain = frame;
-        if (settings_.as_octomap) certain.sigma_disparity_px = 0;
-        free_.build(certain, free_cell_px(voxel_px));
-        frustum = aim(frame, map);
-        meeting.announce();
-        freed += carve(frustum, next, map);
-      },
-      [&](Meeting& meeting) {
-        hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
-                               {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
-                               report.surfaces);
-        meeting.await();
-        freed += carve(frustum, next, map);
-      });
+  const int threads = threads_or_default(settings_.threads);
+  on_threads(threads, [&](int thread, Meeting& meeting) {
+    if (thread == 0) {
+      DepthFrame certain = frame;
+      if (settings_.as_octomap) certain.sigma_disparity_px = 0;
+      free_.build(certain, free_cell_px(voxel_px));
+      frustum = aim(frame, map);
+      meeting.announce();
+    }
+    if (thread == threads - 1)
+      hits = &surfaces_.find(frame, map.voxel_m(), voxel_px,
+                             {settings_.z_min_m, settings_.z_max_m, settings_.as_octomap},
+                             report.surfaces);
+    meeting.await();
+    freed += carve(frustum, next, map);
+  });
   report.freed = freed;
   for (Tile* tile : frustum.tiles)
     if (tile->changed) map.mark_changed(*tile);
@@ -73,24 +72,28 @@ std::uint64_t ProjectiveIntegrator::apply_all(const std::vector<SurfaceHit>& hit
     }
     runs.back().end = i + 1;
   }
-  // Two threads, each with tiles of its own.
-  const auto apply_half = [&](unsigned half) {
-    std::uint64_t occupied = 0;
+  constexpr std::size_t kWorthAThread = 5'000;  // hits
+  const int threads = std::clamp(static_cast<int>(hits.size() / kWorthAThread), 1,
+                                 threads_or_default(settings_.threads));
+  std::atomic<std::uint64_t> occupied{0};
+  on_threads(threads, [&](int thread, Meeting&) {
+    std::vector<Run> mine;
     for (const Run& run : runs) {
-      if (((static_cast<unsigned>(run.tile->key.x) + static_cast<unsigned>(run.tile->key.y)) &
-           1U) != half)
-        continue;
-      for (std::size_t i = run.begin; i < run.end; ++i)
-        occupied += apply(hits[i], is_highest(hits, i), time, *run.tile, map) ? 1 : 0;
+      const auto diagonal =
+          static_cast<unsigned>(run.tile->key.x) + static_cast<unsigned>(run.tile->key.y);
+      if (diagonal % static_cast<unsigned>(threads) == static_cast<unsigned>(thread))
+        mine.push_back(run);
     }
-    return occupied;
-  };
-  constexpr std::size_t kWorthAThread = 10'000;  // hits
-  if (hits.size() < kWorthAThread) return apply_half(0) + apply_half(1);
-  std::uint64_t odd = 0;
-  std::uint64_t even = 0;
-  on_two_threads([&](Meeting&) { even = apply_half(0); }, [&](Meeting&) { odd = apply_half(1); });
-  return odd + even;
+    std::uint64_t own = 0;
+    for (std::size_t r = 0; r < mine.size(); ++r) {
+      if (r + 1 < mine.size())
+        fetch_ahead(hits[mine[r + 1].begin], *mine[r + 1].tile, map.voxel_m());
+      for (std::size_t i = mine[r].begin; i < mine[r].end; ++i)
+        own += apply(hits[i], is_highest(hits, i), time, *mine[r].tile, map) ? 1 : 0;
+    }
+    occupied += own;
+  });
+  return occupied;
 }
 
 ProjectiveIntegrator::Frustum ProjectiveIntegrator::aim(const DepthFrame& f, OccupancyMap& map) {
@@ -203,38 +206,42 @@ std::uint64_t ProjectiveIntegrator::carve_block(Tile& tile, int block_z, Occupan
       p.R_exact * Eigen::Vector3d(tile.key.x * kTileEdge + 0.5, tile.key.y * kTileEdge + 0.5,
                                   block_z * kTileEdge + 0.5) +
       p.t;
+  // What holds for the whole block; its cubes are rounded otherwise, a little.
+  constexpr float kRounding = 0.01F, kRounding_m = 1e-3F;
+  bool blind = true;
+  const Eigen::Vector3f corner_of_all = first.cast<float>();
+  const CubeBounds all = bounds_of_cube(cells, corner_of_all.data(), kTileEdge);
+  if (all.far_m + kRounding_m < cells.near_m ||
+      all.near_m - kRounding_m + cells.reach_m >= free_.farthest_m())
+    return 0;
+  if (all.near_m - kRounding_m >= cells.near_m) {
+    constexpr float kMore = 2 * kRounding;
+    const float u0 = all.u0 - kMore, v0 = all.v0 - kMore;
+    const float u1 = all.u1 + kMore, v1 = all.v1 + kMore;
+    if (!free_.touches(u0, v0, u1, v1)) return 0;
+    const FreeDepth::Range range = free_.range(u0, v0, u1, v1);
+    blind = range.blind;
+    if (!blind && all.near_m - kRounding_m + cells.reach_m >= range.high) return 0;
+  }
   for (int z0 = 0; z0 < kTileEdge; z0 += kCube) {
     if (z0 + kCube <= z_first || z0 > z_last) continue;
     const bool whole = z0 >= z_first && z0 + kCube - 1 <= z_last;
     for (int y0 = 0; y0 < kTileEdge; y0 += kCube)
       for (int x0 = 0; x0 < kTileEdge; x0 += kCube) {
         const std::size_t cube = cube_index(x0, y0, z0);
-        const bool low = (block_z * kTileEdge + z0) * map.voxel_m() < arrivals_m &&
+        const bool low = blind && (block_z * kTileEdge + z0) * map.voxel_m() < arrivals_m &&
                          !settings_.as_octomap && block != nullptr;
         const bool done = block != nullptr && block->settled[cube] == map.epoch();
         if (done && !low) continue;
         const Eigen::Vector3f corner =
             first.cast<float>() + p.R * Eigen::Vector3f(float(x0), float(y0), float(z0));
-        // Where the centres of the cube's voxels can lie: the hull of those at its corners.
-        float near = std::numeric_limits<float>::max();
-        float far = 0;
-        float u0 = near, u1 = -near, v0 = near, v1 = -near;
-        for (int c = 0; c < 8; ++c) {
-          const Eigen::Vector3f q =
-              corner +
-              (kCube - 1) * p.R * Eigen::Vector3f(float(c & 1), float(c >> 1 & 1), float(c >> 2));
-          near = std::min(near, q.z());
-          far = std::max(far, q.z());
-          const float scale = cells.focal / std::max(q.z(), cells.near_m);
-          u0 = std::min(u0, q.x() * scale), u1 = std::max(u1, q.x() * scale);
-          v0 = std::min(v0, q.y() * scale), v1 = std::max(v1, q.y() * scale);
-        }
+        const CubeBounds bounds = bounds_of_cube(cells, corner.data(), kCube);
+        const float near = bounds.near_m, far = bounds.far_m;
         if (far < cells.near_m || near + cells.reach_m >= free_.farthest_m()) continue;
         FreeDepth::Range range;
         if (near >= cells.near_m) {
-          constexpr float kRounding = 0.01F;
-          u0 += cells.cu - kRounding, u1 += cells.cu + kRounding;
-          v0 += cells.cv - kRounding, v1 += cells.cv + kRounding;
+          const float u0 = bounds.u0 - kRounding, v0 = bounds.v0 - kRounding;
+          const float u1 = bounds.u1 + kRounding, v1 = bounds.v1 + kRounding;
           if (!free_.touches(u0, v0, u1, v1)) continue;
           range = free_.range(u0, v0, u1, v1);
           if (low && range.blind) forget_blind(tile, *block, corner, x0, y0, z0);

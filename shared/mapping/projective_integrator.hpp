@@ -19,6 +19,7 @@ struct IntegratorSettings {
   /// As OctoMap inserts a cloud: every sample is occupied, certain and in its own voxel, and space
   /// is free up to the measured depth. For comparison; the noise of the depths stays in the map.
   bool as_octomap = false;
+  int threads = 0;  ///< 0 = the machine's, at most 4
 };
 
 struct IntegrationReport {
@@ -31,9 +32,9 @@ struct IntegrationReport {
 /// pass, untouched behind the surface and where nothing matched. No ray casting: cubes of 8^3
 /// voxels are projected into the depth image and freed or left at once, and voxel by voxel only
 /// where a surface passes through them; those that are as free as can be are left out until the
-/// next epoch. Cost is that of what is seen, not of the map. Two threads: one finds surfaces while
-/// the other frees, then both free, and both put surfaces in; short of the map's memory limit the
-/// result does not depend on their timing.
+/// next epoch. Cost is that of what is seen, not of the map. Surfaces are found while others free,
+/// then all free, and all put surfaces in, each in tiles of its own; short of the map's memory
+/// limit the result is the same for any number of threads.
 class ProjectiveIntegrator {
  public:
   explicit ProjectiveIntegrator(const IntegratorSettings& settings) : settings_(settings) {}

@@ -21,6 +21,11 @@ constexpr double kVeryUncertain = 0.5;
 constexpr int kJustAbove = 2;
 constexpr double kContradicts = 2;
 
+/// Voxels above and below that it may join.
+int reach_of(double sigma_voxels) {
+  return std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * sigma_voxels)));
+}
+
 int column_of(const SurfaceHit& hit) {
   return in_tile(hit.y) * kTileEdge + in_tile(hit.x);
 }
@@ -36,9 +41,13 @@ std::int8_t* log_odds_at(Tile& tile, int column, int z) {
 std::optional<int> joined(Tile& tile, int column, int z, int reach) {
   std::optional<int> out;
   int best = 0;
-  for (int k = z - reach; k <= z + reach; ++k)
-    if (const std::int8_t* there = log_odds_at(tile, column, k); there != nullptr && *there > best)
-      best = *there, out = k;
+  for (int from = z - reach, to = 0; from <= z + reach; from = to) {  // block by block
+    to = std::min((tile_of(from) + 1) * kTileEdge, z + reach + 1);
+    const std::int8_t* there = log_odds_at(tile, column, from);
+    if (there == nullptr) continue;
+    for (int k = from; k < to; ++k, there += kTileColumns)
+      if (*there > best) best = *there, out = k;
+  }
   return out;
 }
 
@@ -76,7 +85,7 @@ Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map) {
   const double says = kHit * certainty * std::min(1.0, certainty / kVeryUncertain);
   out.strength = std::max(1, static_cast<int>(says));
   out.share = 1;
-  const int reach = std::min(kJoinMax, static_cast<int>(std::ceil(kJoin * sigma_voxels)));
+  const int reach = reach_of(sigma_voxels);
   const int column = column_of(hit);
   const std::optional<int> at = joined(tile, column, hit.z, reach);
   if (!at) return out;
@@ -101,6 +110,29 @@ Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map) {
   out.height_m = mean_m;
   out.share = 1;
   return out;
+}
+
+void fetch_ahead(const SurfaceHit& hit, const Tile& tile, double voxel_m) {
+  constexpr std::size_t kLine = 64;
+  const auto fetch = [](const void* from, std::size_t bytes) {
+    for (std::size_t i = 0; i < bytes; i += kLine)
+      __builtin_prefetch(static_cast<const char*>(from) + i, 1);
+  };
+  const auto row = std::size_t(in_tile(hit.y)) * kTileEdge;
+  fetch(&tile.columns[row], kTileEdge * sizeof(Column));
+  const int reach = reach_of(double(hit.sigma_m) / voxel_m);
+  for (int from = hit.z - reach, to = 0; from <= hit.z + reach; from = to) {  // block by block
+    to = std::min((tile_of(from) + 1) * kTileEdge, hit.z + reach + 1);
+    const auto block = tile.blocks.find(tile_of(from));
+    if (block == tile.blocks.end()) continue;
+    for (int k = from; k < to; ++k)
+      fetch(&block->second->log_odds[std::size_t(in_tile(k)) * kTileColumns + row], 1);
+    if (hit.z < from || hit.z >= to) continue;
+    const auto z = std::size_t(in_tile(hit.z));
+    fetch(&block->second->seen[z * kTileColumns + row], 1);
+    if (const auto& layer = block->second->surface[z])
+      fetch(&(*layer)[row], kTileEdge * sizeof(Surface));
+  }
 }
 
 void contradict_above(const SurfaceHit& hit, int z, Tile& tile, OccupancyMap& map) {

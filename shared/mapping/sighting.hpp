@@ -19,6 +19,9 @@ struct Sighting {
 /// what is there within its uncertainty; and if the mean of all that joined lies in another voxel
 /// by now, all of it moves there. Only a certain surface stays as it is.
 Sighting settle(const SurfaceHit& hit, Tile& tile, OccupancyMap& map);
+/// Asks the memory for what settle() and the update after it will read of this hit and those beside
+/// it in the row of a tile; changes nothing.
+void fetch_ahead(const SurfaceHit& hit, const Tile& tile, double voxel_m);
 
 /// What was believed just above a surface that is seen with certainty, so near that no ray is known
 /// to pass between, is contradicted: as often as a miss, and never further than to unknown.

@@ -42,7 +42,7 @@ std::size_t bytes(const MapperConfig& c) {
 }
 
 IntegratorSettings heights(const MapperConfig& c, const StereoRig& rig) {
-  return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1};
+  return {c.z_min_m, c.z_max_m > 0 ? c.z_max_m : rig.camera_height_m() - 0.1, false, c.threads};
 }
 
 double ceiling(const MapperConfig& c, const HoistConfig& hoist, const StereoRig& rig) {
@@ -103,6 +103,7 @@ MappingPipeline::MappingPipeline(const MapperConfig& config, const StereoRig& ri
       watched_(watchdog.enabled && config.method != MapperConfig::Method::kPaper),
       watchdog_(limits_of(watchdog), rig.camera_height_m(), rig.T_left_right.translation().norm()),
       hoist_(hoist, rig.camera_height_m()),
+      motion_(config.threads),
       hoist_known_(hoist.enabled ? HoistKnown::kLost : HoistKnown::kNotUsed),
       integrator_(heights(config, rig)),
       map_(std::make_unique<OccupancyMap>(choose_voxel(config, rig), bytes(config))),

@@ -45,34 +45,33 @@ bool CellProof::take_window(int u0, int v0) {
   return true;
 }
 
-bool CellProof::shift(int u0, int v0, double inverse_m, const MotionView& view,
-                      Shifted& out) const {
+std::optional<CellProof::Place> CellProof::place(int u0, int v0, double inverse_m,
+                                                 const MotionView& view) const {
   const double mu = u0 + (kCellEdge - 1) / 2.0, mv = v0 + (kCellEdge - 1) / 2.0;
   const Eigen::Vector3d ray((mu - image_.cx_px) / image_.f_px, (mv - image_.cy_px) / image_.f_px,
                             1);
   const Eigen::Vector3d q = view.warp.R * ray + inverse_m * view.warp.t;
-  if (!(q.z() > 0.1)) return false;
-  const Eigen::Vector3d& t = view.warp.t;
-  out.motion = image_.f_px / q.z() *
-               Eigen::Vector2d(t.x() - q.x() / q.z() * t.z(), t.y() - q.y() / q.z() * t.z());
+  if (!(q.z() > 0.1)) return std::nullopt;
   const double x = q.x() / q.z() * image_.f_px + image_.cx_px - (kWindow - 1) / 2.0;
   const double y = q.y() / q.z() * image_.f_px + image_.cy_px - (kWindow - 1) / 2.0;
   const Grey& there = view.image->full;
   if (!(x >= 0 && y >= 0 && x < there.width - kWindow - 1 && y < there.height - kWindow - 1))
-    return false;
-  const int x0 = int(x), y0 = int(y);
-  const auto fx = float(x - x0), fy = float(y - y0);
-  for (int row = 0; row < kWindow; ++row) {
-    const std::uint8_t* a = there.row(y0 + row) + x0;
-    const std::uint8_t* b = a + there.width;
-    float* to = out.grey.data() + row * kWindow;
-    for (int i = 0; i < kWindow; ++i) {
-      const float top = float(a[i]) + fx * float(a[i + 1] - a[i]);
-      const float low = float(b[i]) + fx * float(b[i + 1] - b[i]);
-      to[i] = top + fy * (low - top);
-    }
-  }
-  return true;
+    return std::nullopt;
+  const Eigen::Vector3d& t = view.warp.t;
+  Place out;
+  out.motion = image_.f_px / q.z() *
+               Eigen::Vector2d(t.x() - q.x() / q.z() * t.z(), t.y() - q.y() / q.z() * t.z());
+  out.x = int(x), out.y = int(y);
+  out.fx = float(x - out.x), out.fy = float(y - out.y);
+  return out;
+}
+
+WindowDifference CellProof::compare(const MotionView& view, const Place& place) {
+  const Grey& there = view.image->full;
+  const float mean = window_difference(here_.data(), there.row(place.y) + place.x, there.width,
+                                       place.fx, place.fy, difference_.data());
+  return {gx_.data(), gy_.data(), difference_.data(), mean,
+          static_cast<float>(2 * set_.noise_grey * set_.noise_grey)};
 }
 
 std::optional<CellFit> CellProof::decide(int u0, int v0,
@@ -112,7 +111,7 @@ std::optional<CellFit> CellProof::decide(int u0, int v0,
 std::uint32_t CellProof::seen_by(int u0, int v0, double inverse_m) {
   std::uint32_t out = 0;
   for (std::size_t k = 0; k < set_.views.size(); ++k)
-    if (shift(u0, v0, inverse_m, set_.views[k], moved_)) out |= 1U << k;
+    if (place(u0, v0, inverse_m, set_.views[k])) out |= 1U << k;
   return out;
 }
 
@@ -127,23 +126,15 @@ std::optional<CellFit> CellProof::sharpen(int u0, int v0, double inverse_m, doub
 }
 
 double CellProof::misfit(int u0, int v0, double inverse_m, std::uint32_t views, int* against) {
-  constexpr std::size_t kAll = kWindow * kWindow;
-  const auto noise = static_cast<float>(2 * set_.noise_grey * set_.noise_grey);
   double sum = 0;
   int seen = 0;
   for (std::size_t k = 0; k < set_.views.size(); ++k) {
-    if ((views >> k & 1U) == 0 || !shift(u0, v0, inverse_m, set_.views[k], moved_)) continue;
-    float mean = 0;
-    for (std::size_t i = 0; i < kAll; ++i) mean += here_[i] - moved_.grey[i];
-    mean /= float(kAll);
-    float squares = 0;
-    for (std::size_t i = 0; i < kAll; ++i) {
-      const float r = here_[i] - moved_.grey[i] - mean;
-      const float g = gx_[i] * gx_[i] + gy_[i] * gy_[i];
-      squares += r * r / (noise + kSlip_px * kSlip_px * g);
-    }
-    sum += std::min(kHopeless, double(squares) / double(kAll));
-    if (against != nullptr && double(squares) / double(kAll) > kWrong) ++*against;
+    if ((views >> k & 1U) == 0) continue;
+    const auto at = place(u0, v0, inverse_m, set_.views[k]);
+    if (!at) continue;
+    const auto left = double(window_misfit(compare(set_.views[k], *at), kSlip_px));
+    sum += std::min(kHopeless, left);
+    if (against != nullptr && left > kWrong) ++*against;
     ++seen;
   }
   return seen > 0 ? sum / seen : 0;
@@ -151,8 +142,6 @@ double CellProof::misfit(int u0, int v0, double inverse_m, std::uint32_t views, 
 
 std::optional<CellFit> CellProof::refine(int u0, int v0, double inverse_m, std::uint32_t views) {
   CellFit out{inverse_m, 0, views, 0};
-  const auto noise = static_cast<float>(2 * set_.noise_grey * set_.noise_grey);
-  constexpr std::size_t kAll = kWindow * kWindow;
   double step_px = 0;
   double gradients = 0;
   double longest_px = 0;
@@ -162,32 +151,18 @@ std::optional<CellFit> CellProof::refine(int u0, int v0, double inverse_m, std::
     gradients = longest_px = 0;
     for (std::size_t k = 0; k < set_.views.size(); ++k) {
       if ((views >> k & 1U) == 0) continue;
-      if (!shift(u0, v0, out.inverse_m, set_.views[k], moved_)) {
+      const auto at = place(u0, v0, out.inverse_m, set_.views[k]);
+      if (!at) {
         if (round > 0) return std::nullopt;
         out.views &= ~(1U << k);
         continue;
       }
       if ((out.views >> k & 1U) == 0) continue;
-      const auto mx = static_cast<float>(moved_.motion.x());
-      const auto my = static_cast<float>(moved_.motion.y());
-      float mean = 0;
-      for (std::size_t i = 0; i < kAll; ++i) mean += here_[i] - moved_.grey[i];
-      mean /= float(kAll);
-      float gg = 0;
-      float gr = 0;
-      for (std::size_t i = 0; i < kAll; ++i) {
-        const float r = here_[i] - moved_.grey[i] - mean;
-        const float g = gx_[i] * mx + gy_[i] * my;
-        // What is hidden, or another surface, loses its weight.
-        const float slack = 9 * noise + gx_[i] * gx_[i] + gy_[i] * gy_[i];
-        const float w = slack / (slack + r * r);
-        gg += w * g * g;
-        gr += w * g * r;
-      }
-      numerator += double(gr);
-      gradients += double(gg);
-      const double length = moved_.motion.norm();
-      longest_px = std::max(longest_px, length);
+      const WindowSums sums =
+          window_sums(compare(set_.views[k], *at), float(at->motion.x()), float(at->motion.y()));
+      numerator += double(sums.gr);
+      gradients += double(sums.gg);
+      longest_px = std::max(longest_px, at->motion.norm());
       position = std::max(position, set_.views[k].sigma_m / set_.views[k].displacement_m.norm());
     }
     if (!(gradients > 0) || !(longest_px > 0)) return std::nullopt;
@@ -200,6 +175,7 @@ std::optional<CellFit> CellProof::refine(int u0, int v0, double inverse_m, std::
   if (step_px > kConverged_px || std::abs(out.inverse_m - inverse_m) * longest_px > 3)
     return std::nullopt;
   out.count = __builtin_popcount(out.views);
+  const double noise = 2 * set_.noise_grey * set_.noise_grey;
   const double random = std::sqrt(kCorrelated * noise / gradients);
   const double bias = kBias_px / longest_px;
   const double placed = position * out.inverse_m;
@@ -217,17 +193,17 @@ void CellProof::look(int u0, int v0, const CellFit& fit,
   std::array<float, kAll> worst{}, gradient{};
   for (std::size_t k = 0; k < set_.views.size(); ++k) {
     if ((fit.views >> k & 1U) == 0) continue;
-    if (!shift(u0, v0, fit.inverse_m, set_.views[k], moved_)) return;
+    const auto at = place(u0, v0, fit.inverse_m, set_.views[k]);
+    if (!at) return;
+    (void)compare(set_.views[k], *at);
     // The usual difference of brightness: the median of rough steps.
-    std::array<float, kAll> difference;
-    for (std::size_t i = 0; i < kAll; ++i) difference[i] = here_[i] - moved_.grey[i];
-    std::array<float, kAll> sorted = difference;
+    std::array<float, kAll> sorted = difference_;
     std::nth_element(sorted.begin(), sorted.begin() + kAll / 2, sorted.end());
     const float usual = sorted[kAll / 2];
-    const Eigen::Vector2d along = moved_.motion.normalized();
+    const Eigen::Vector2d along = at->motion.normalized();
     const auto mx = static_cast<float>(along.x()), my = static_cast<float>(along.y());
     for (std::size_t i = 0; i < kAll; ++i) {
-      const float d = difference[i] - usual;
+      const float d = difference_[i] - usual;
       const float g = gx_[i] * mx + gy_[i] * my;
       // The place is uncertain across the way as well.
       const float edge = gx_[i] * gx_[i] + gy_[i] * gy_[i];

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "motion/cell_sweep.hpp"
+#include "motion/cell_window.hpp"
 
 namespace crane {
 
@@ -45,12 +46,18 @@ class CellProof {
 
  private:
   static constexpr int kMargin = 4, kWindow = kCellEdge + 2 * kMargin;
-  struct Shifted {
-    std::array<float, kWindow * kWindow> grey;
+  static_assert(kWindow == kWindowEdge);
+  /// Where the window falls in a view: its first pixel, and how far beyond it.
+  struct Place {
+    int x = 0, y = 0;
+    float fx = 0, fy = 0;
     Eigen::Vector2d motion;  ///< [px] by 1/m
   };
-  /// The view's image where the window falls; false: outside.
-  bool shift(int u0, int v0, double inverse_m, const MotionView& view, Shifted& out) const;
+  /// Nothing: outside.
+  [[nodiscard]] std::optional<Place> place(int u0, int v0, double inverse_m,
+                                           const MotionView& view) const;
+  /// What the view differs there from the window that was taken.
+  WindowDifference compare(const MotionView& view, const Place& place);
   bool take_window(int u0, int v0);
   /// The depth finer than a pixel: least squares of brightness over the views in one, over the cell
   /// and a few pixels around. Nothing where it does not converge. Of the window that was taken.
@@ -61,8 +68,7 @@ class CellProof {
 
   const PlacedImage& image_;
   const ViewSet& set_;
-  std::array<float, kWindow * kWindow> here_{}, gx_{}, gy_{};
-  Shifted moved_;
+  std::array<float, kWindow * kWindow> here_{}, gx_{}, gy_{}, difference_{};
 };
 
 }  // namespace crane

@@ -2,12 +2,12 @@
 #include "motion/motion_stereo.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
 
 #include "base/expects.hpp"
-#include "base/two_threads.hpp"
 
 namespace crane {
 namespace {
@@ -39,8 +39,8 @@ constexpr double kBent = 2.5;       ///< sigmas that a cell's pixels may deviate
 /// The frame's sigma_disparity is divided by this, so that confidence can say what got better.
 constexpr int kFiner = 4;
 constexpr int kFewestBetween = 3;  ///< views that bear out both cells beside one
-/// What is done with a cell.
-enum : std::uint8_t { kNothing, kSweep, kTold, kBetween };
+/// What is done with a cell, and that it got a depth.
+enum : std::uint8_t { kNothing, kSweep, kTold, kBetween, kFound };
 
 /// The nearest surface that the pair found in a cell and half a cell around [m].
 float nearest_around(const DepthFrame& f, int u0, int v0) {
@@ -112,8 +112,8 @@ MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span
   const bool stands = (place - last_place_).norm() < kStands_m && exposure > last_;
   if (stands && !uncertain && double(exposure - last_) < kLongestPause_s * 1e9) return report;
   last_place_ = place;
-  PlacedImage image = placed_image(frame, exposure);
-  const ViewSet set = choose_views(frame, image, keys_, kMostViews);
+  PlacedImage image = placed_image(frame, exposure, threads_);
+  const ViewSet set = choose_views(frame, image, keys_, kMostViews, threads_);
   report.views = set.views.size();
   report.misplaced = set.misplaced;
   if (set.proves_rest) {  // else it could be something that moves as steadily
@@ -173,13 +173,16 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
   }
   next_row_ = report.put_off > 0 ? last : 0;
   const std::size_t pixels = std::size_t(f.width) * f.height;
-  inverse_.assign(pixels, 0);
-  sigma_.assign(pixels, 0);
-  borne_.assign(pixels, Borne::kNot);
+  if (borne_.size() != pixels) {
+    inverse_.assign(pixels, 0);
+    sigma_.assign(pixels, 0);
+    borne_.assign(pixels, Borne::kNot);
+  }
+  if (report.cells == 0) return;
   const Hypotheses hypotheses =
       hypotheses_for(image, set, kNearest * camera_m, kFarthest * camera_m);
   std::atomic<int> next{0};
-  const auto work = [&](Meeting&) {
+  on_threads(threads_, [&](int, Meeting&) {
     CellSweep sweep(image, set, hypotheses);
     CellProof proof(image, set);
     std::array<Borne, kCellEdge * kCellEdge> borne;
@@ -187,53 +190,63 @@ void MotionStereo::look_at_cells(const DepthFrame& f, const PlacedImage& image, 
       for (int column = 0; column < columns_; ++column) {
         const int u0 = column * kCellEdge, v0 = row * kCellEdge;
         const auto cell = std::size_t(row * columns_ + column);
+        const std::uint8_t way = wanted_[cell];
         std::optional<CellFit> fit;
-        if (wanted_[cell] == kTold)
+        if (way == kTold)
           fit = patterns_.at(row, column);
-        else if (wanted_[cell] == kBetween)
+        else if (way == kBetween)
           fit = patterns_.between(row, column);
-        else if (wanted_[cell] == kSweep)
+        else if (way == kSweep)
           fit = proof.decide(u0, v0, sweep.look(u0 + kCellEdge / 2, v0 + kCellEdge / 2));
         // Beside something nearer it may be that, or what it hides from some of the views.
         if (!fit || nearest_around(f, u0, v0) < kNearer / float(fit->inverse_m)) continue;
+        wanted_[cell] = kFound;
         proof.look(u0, v0, *fit, borne);
         for (int y = 0; y < kCellEdge; ++y)
           for (int x = 0; x < kCellEdge; ++x) {
             const std::size_t at = std::size_t(v0 + y) * f.width + std::size_t(u0 + x);
             borne_[at] = borne[std::size_t(y * kCellEdge + x)];
             // What has no depth of its own is no end of a stretch.
-            if (wanted_[cell] == kBetween && borne_[at] == Borne::kTextured)
-              borne_[at] = Borne::kPlain;
+            if (way == kBetween && borne_[at] == Borne::kTextured) borne_[at] = Borne::kPlain;
             inverse_[at] = float(fit->inverse_m);
             sigma_[at] = float(fit->sigma);
           }
       }
-  };
-  on_two_threads(work, work);
+  });
 }
 
 void MotionStereo::fill(const DepthFrame& f, std::span<float> depth_m,
                         std::span<std::uint8_t> confidence, MotionReport& report) {
-  const int width = int(f.width), height = int(f.height);
+  // All that has a depth lies in these cells.
+  int r0 = rows_, r1 = 0, c0 = columns_, c1 = 0;
+  for (int row = 0; row < rows_; ++row)
+    for (int column = 0; column < columns_; ++column) {
+      if (wanted_[std::size_t(row * columns_ + column)] != kFound) continue;
+      r0 = std::min(r0, row), r1 = row + 1;
+      c0 = std::min(c0, column), c1 = std::max(c1, column + 1);
+    }
+  if (r0 >= r1) return;
+  const int x0 = c0 * kCellEdge, x1 = c1 * kCellEdge, y0 = r0 * kCellEdge, y1 = r1 * kCellEdge;
+  const auto at = [&](int x, int y) { return std::size_t(y) * f.width + std::size_t(x); };
   std::vector<std::uint8_t> joined(depth_m.size());
-  for (int y = 0; y < rows_ * kCellEdge; ++y)
+  for (int y = y0; y < y1; ++y)
     join_line(
-        width, [&](int i) { return std::size_t(y) * f.width + std::size_t(i); }, inverse_, sigma_,
-        borne_, joined);
-  for (int x = 0; x < columns_ * kCellEdge; ++x)
+        x1 - x0, [&](int i) { return at(x0 + i, y); }, inverse_, sigma_, borne_, joined);
+  for (int x = x0; x < x1; ++x)
     join_line(
-        height, [&](int i) { return std::size_t(i) * f.width + std::size_t(x); }, inverse_, sigma_,
-        borne_, joined);
+        y1 - y0, [&](int i) { return at(x, y0 + i); }, inverse_, sigma_, borne_, joined);
   // sigma_disparity * 255 / confidence is the deviation of f b / z.
   const double scale = f.sigma_disparity_px * 255 / (f.f_px * f.baseline_m);
-  for (std::size_t i = 0; i < depth_m.size(); ++i) {
-    if (depth_m[i] != 0) continue;
-    const bool proven = borne_[i] == Borne::kTextured || joined[i] != 0;
-    if (!proven) continue;
-    depth_m[i] = 1 / inverse_[i];
-    confidence[i] = static_cast<std::uint8_t>(std::clamp(scale / double(sigma_[i]), 1.0, 255.0));
-    ++report.proven;
-  }
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) {
+      const std::size_t i = at(x, y);
+      const bool proven = borne_[i] == Borne::kTextured || joined[i] != 0;
+      borne_[i] = Borne::kNot;  // for the next frame
+      if (depth_m[i] != 0 || !proven) continue;
+      depth_m[i] = 1 / inverse_[i];
+      confidence[i] = static_cast<std::uint8_t>(std::clamp(scale / double(sigma_[i]), 1.0, 255.0));
+      ++report.proven;
+    }
 }
 
 void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSet& set,
@@ -243,10 +256,12 @@ void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSe
   const double pause_s = std::clamp(double(image.exposure - last_) * 1e-9, 0.0, kLongestPause_s);
   const int most = std::clamp(int(kSharpPerSecond * pause_s / columns), 1, rows);
   const double scale = 255 * f.sigma_disparity_px / (f.f_px * f.baseline_m);
+  std::array<double, 256> sigma_of{};  // a pixel's, by its confidence
+  for (int c = 0; c < 256; ++c) sigma_of[std::size_t(c)] = scale / std::max(1, c);
   std::vector<std::uint8_t> sharp(depth_m.size());
   std::atomic<int> next{0};
   std::atomic<std::size_t> refined{0};
-  const auto work = [&](Meeting&) {
+  on_threads(threads_, [&](int, Meeting&) {
     CellProof proof(image, set);
     for (int turn = next++; turn < most; turn = next++) {
       const int row = (next_sharp_ + turn) % rows;
@@ -264,7 +279,7 @@ void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSe
             const double w = 1 / z;
             n += 1, sw += w, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
             sxw += x * w, syw += y * w, sww += w * w;
-            deviations += scale / std::max<int>(1, confidence[i]);
+            deviations += sigma_of[confidence[i]];
           }
         if (n < kMatched * kCellEdge * kCellEdge) continue;
         const double mx = sx / n, my = sy / n, mw = sw / n, sigma = deviations / n;
@@ -293,8 +308,7 @@ void MotionStereo::sharpen(DepthFrame& f, const PlacedImage& image, const ViewSe
           }
       }
     }
-  };
-  on_two_threads(work, work);
+  });
   next_sharp_ = (next_sharp_ + most) % rows;
   report.refined = refined;
   if (refined == 0) return;

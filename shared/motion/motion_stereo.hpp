@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/threads.hpp"
 #include "motion/cell_proof.hpp"
 #include "motion/pattern_cells.hpp"
 
@@ -21,10 +22,12 @@ struct MotionReport {
 
 /// The crane's own motion as a second eye: what the pair left without a match is looked for in
 /// earlier frames. One depth that is clearly best, borne out pixel by pixel in three views at
-/// least, is a match; otherwise there is none. Two threads.
+/// least, is a match; otherwise there is none.
 class MotionStereo {
  public:
-  MotionStereo() : keys_(KeyFrameSettings{}) {}
+  /// `threads`: 0 = the machine's, at most 4; the result is the same for any number.
+  explicit MotionStereo(int threads = 0)
+      : threads_(threads_or_default(threads)), keys_(KeyFrameSettings{}), patterns_(threads_) {}
 
   /// `depth_m`, `confidence`: those of `frame`, which is placed and checked; in place. Where the
   /// pair's baseline is short for the height, its depths get finer and frame.sigma_disparity_px
@@ -46,12 +49,13 @@ class MotionStereo {
   void fill(const DepthFrame& frame, std::span<float> depth_m, std::span<std::uint8_t> confidence,
             MotionReport& report);
 
+  int threads_;
   KeyFrames keys_;
   PatternCells patterns_;
   int columns_ = 0, rows_ = 0, next_row_ = 0, next_sharp_ = 0;
   TimeNs last_ = 0;
   Eigen::Vector3d last_place_ = Eigen::Vector3d::Constant(1e9);
-  std::vector<std::uint8_t> wanted_;  ///< cells whose turn it is
+  std::vector<std::uint8_t> wanted_;  ///< what is done with each cell
   std::vector<float> inverse_;        ///< of pixels [1/m]
   std::vector<float> sigma_;          ///< likewise
   std::vector<Borne> borne_;

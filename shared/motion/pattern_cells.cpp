@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "base/two_threads.hpp"
+#include "base/threads.hpp"
 
 namespace crane {
 namespace {
@@ -80,7 +80,7 @@ PatternReport PatternCells::look(const DepthFrame& f, const PlacedImage& image, 
   const double camera_m = std::abs(f.T_map_rectified.translation().z());
   const PatternRange range{fb / (kFarthest * camera_m), fb / (kNearest * camera_m), fb};
   std::atomic<int> next{0};
-  const auto work = [&](Meeting&) {
+  on_threads(threads_, [&](int, Meeting&) {
     PatternDepth pattern(image, set, range);
     CellProof proof(image, set);
     for (int row = next++; row < rows; row = next++)
@@ -92,8 +92,7 @@ PatternReport PatternCells::look(const DepthFrame& f, const PlacedImage& image, 
                 pattern.choose(u0 + kCellEdge / 2, v0 + kCellEdge / 2, matched_px[cell]))
           fits_[cell] = proof.sharpen(u0, v0, told->inverse_m, told->sigma, told->views);
       }
-  };
-  on_two_threads(work, work);
+  });
   report.told = std::size_t(
       std::count_if(fits_.begin(), fits_.end(), [](const auto& fit) { return fit.has_value(); }));
   return report;

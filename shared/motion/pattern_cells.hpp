@@ -16,9 +16,12 @@ struct PatternReport {
 };
 
 /// The cells that the pair matched at one of several disparities, and where the views leave only
-/// one of them. Two threads.
+/// one of them.
 class PatternCells {
  public:
+  /// The result is the same for any number of threads.
+  explicit PatternCells(int threads) : threads_(threads) {}
+
   /// `ambiguous_m`: a pixel each, 0 = none. At most about `most` cells, in turn.
   PatternReport look(const DepthFrame& frame, const PlacedImage& image, const ViewSet& set,
                      std::span<const float> ambiguous_m, std::size_t most);
@@ -33,6 +36,7 @@ class PatternCells {
  private:
   [[nodiscard]] std::optional<CellFit> between(int row, int column, int down, int right) const;
 
+  int threads_;
   int rows_ = 0, columns_ = 0, next_row_ = 0;
   std::vector<std::optional<CellFit>> fits_;
 };

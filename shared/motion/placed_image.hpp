@@ -30,7 +30,8 @@ struct PlacedImage {
 };
 
 /// Of a placed frame with colour, which must have even sizes at least; odd ones lose a line.
-PlacedImage placed_image(const DepthFrame& frame, TimeNs exposure);
+/// On so many threads.
+PlacedImage placed_image(const DepthFrame& frame, TimeNs exposure, int threads = 1);
 
 /// How pixels of one placed image fall into another: a point at inverse depth w [1/m] along the ray
 /// (x, y, 1) lies at R (x, y, 1) + w t in the other camera, up to scale.

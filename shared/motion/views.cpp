@@ -2,7 +2,10 @@
 #include "motion/views.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+
+#include "base/threads.hpp"
 
 namespace crane {
 namespace {
@@ -57,10 +60,37 @@ bool unsteady(const std::vector<MotionView>& views, const PlacedImage& image, do
   });
 }
 
+/// Each time the farthest from those before it, and from the pair's own baseline.
+void put_different_first(std::vector<MotionView>& views) {
+  std::vector<Eigen::Vector2d> taken = {Eigen::Vector2d::Zero()};
+  const auto apart = [&](const MotionView& v) {
+    double nearest = 1e9;
+    for (const Eigen::Vector2d& t : taken)
+      nearest = std::min(nearest, (v.displacement_m - t).norm());
+    return nearest;
+  };
+  for (auto at = views.begin(); at != views.end(); ++at) {
+    const auto next = std::max_element(
+        at, views.end(), [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+    std::rotate(at, next, next + 1);
+    taken.push_back(at->displacement_m);
+  }
+}
+
+enum class Fit { kUnknown, kAligned, kElsewhere };
+
+/// Refines the view's place; kUnknown: the images do not tell, it stays as the rangefinders say.
+Fit fit(const DepthFrame& frame, const PlacedImage& image, MotionView& view) {
+  AlignFlaw flaw = AlignFlaw::kTooFew;
+  if (const auto a = align(frame, image, *view.image, {}, &flaw))
+    return refine(*a, view) ? Fit::kAligned : Fit::kElsewhere;
+  return flaw == AlignFlaw::kNoFit ? Fit::kElsewhere : Fit::kUnknown;
+}
+
 }  // namespace
 
 ViewSet choose_views(const DepthFrame& frame, const PlacedImage& image, const KeyFrames& keys,
-                     std::size_t most) {
+                     std::size_t most, int threads) {
   ViewSet out;
   const double height_m = std::abs(image.T_map_rectified.translation().z());
   std::vector<MotionView> candidates;
@@ -71,43 +101,35 @@ ViewSet choose_views(const DepthFrame& frame, const PlacedImage& image, const Ke
     MotionView v;
     v.image = key;
     v.displacement_m = displacement(image, *key);
+    v.sigma_m = std::sqrt(2.0) * kPosition_m;
     const double far = v.displacement_m.norm();
     if (far >= kShortest * height_m && far <= kLongest * height_m) candidates.push_back(v);
   }
-  // Farthest from those that are taken, and from the pair's own baseline.
-  std::vector<Eigen::Vector2d> taken = {Eigen::Vector2d::Zero()};
+  put_different_first(candidates);
   double noise = 0;
   int aligned = 0;
-  while (out.views.size() < most && !candidates.empty()) {
-    const auto apart = [&](const MotionView& v) {
-      double nearest = 1e9;
-      for (const Eigen::Vector2d& t : taken)
-        nearest = std::min(nearest, (v.displacement_m - t).norm());
-      return nearest;
-    };
-    const auto next =
-        std::max_element(candidates.begin(), candidates.end(),
-                         [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
-    MotionView view = *next;
-    candidates.erase(next);
-    taken.push_back(view.displacement_m);
-    view.sigma_m = std::sqrt(2.0) * kPosition_m;
-    AlignFlaw flaw = AlignFlaw::kTooFew;
-    if (const auto a = align(frame, image, *view.image, {}, &flaw)) {
-      if (!refine(*a, view)) {
+  // As many at once as may be needed yet.
+  for (std::size_t from = 0; out.views.size() < most && from < candidates.size();) {
+    const std::size_t count = std::min(most - out.views.size(), candidates.size() - from);
+    std::vector<Fit> fits(count);
+    std::atomic<std::size_t> next{0};
+    on_threads(std::min(threads, int(count)), [&](int, Meeting&) {
+      for (std::size_t i = next++; i < count; i = next++)
+        fits[i] = fit(frame, image, candidates[from + i]);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      MotionView& view = candidates[from + i];
+      if (fits[i] == Fit::kElsewhere) {
         ++out.misplaced;
         continue;
       }
-      noise += a->noise_grey;
-      ++aligned;
-    } else if (flaw == AlignFlaw::kNoFit) {
-      ++out.misplaced;
-      continue;
+      if (fits[i] == Fit::kAligned) noise += view.noise_grey, ++aligned;
+      const Eigen::Vector2d moved = view.displacement_m - displacement(image, *view.image);
+      view.warp = warp_between(image.T_map_rectified, view.image->T_map_rectified, moved);
+      out.longest_m = std::max(out.longest_m, view.displacement_m.norm());
+      out.views.push_back(std::move(view));
     }
-    const Eigen::Vector2d moved = view.displacement_m - displacement(image, *view.image);
-    view.warp = warp_between(image.T_map_rectified, view.image->T_map_rectified, moved);
-    out.longest_m = std::max(out.longest_m, view.displacement_m.norm());
-    out.views.push_back(std::move(view));
+    from += count;
   }
   if (aligned > 0) out.noise_grey = std::clamp(noise / aligned, 1.0, 6.0);
   out.proves_rest = unsteady(out.views, image, out.longest_m);

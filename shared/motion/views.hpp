@@ -30,7 +30,8 @@ struct ViewSet {
 
 /// A few of the key frames, as different in baseline and direction as they are, with their places
 /// refined by the images where these tell more than the rangefinders (3 mm are a pixel at 2 m).
+/// On so many threads.
 ViewSet choose_views(const DepthFrame& frame, const PlacedImage& image, const KeyFrames& keys,
-                     std::size_t most);
+                     std::size_t most, int threads = 1);
 
 }  // namespace crane

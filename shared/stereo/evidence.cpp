@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 
 #include "base/expects.hpp"
-#include "base/two_threads.hpp"
 #include "stereo/evidence_rows.hpp"
 
 namespace crane {
@@ -248,11 +248,14 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
   bits_.resize(pixels);
   EvidenceLimits limits;
   limits.noise = noise_of(left, right, disparity);
-  EvidenceReport reports[2];
-  const auto work = [&](int half, Meeting& meeting) {
-    const int y0 = half == 0 ? 0 : height / 2, y1 = half == 0 ? height / 2 : height;
-    const int x0 = half == 0 ? 0 : width / 2, x1 = half == 0 ? width / 2 : width;
-    EvidenceScratch scratch{sums_[half].data(), bytes_[half].data()};
+  EvidenceReport sum;
+  std::mutex adding;
+  on_threads(threads_, [&](int thread, Meeting& meeting) {
+    const auto [y0, y1] = share_of(height, thread, threads_);
+    const auto [x0, x1] = share_of(width, thread, threads_);
+    std::vector<std::int32_t> sums(evidence_sums(width));
+    std::vector<std::uint8_t> bytes(evidence_bytes(width));
+    EvidenceScratch scratch{sums.data(), bytes.data()};
     for (int y = y0; y < y1; ++y) {
       const std::ptrdiff_t at = std::ptrdiff_t(y) * width;
       fill_gaps(disparity.data() + at, confidence.data() + at, width);
@@ -265,14 +268,14 @@ EvidenceReport Evidence::keep_proven(const GreyView& left, const GreyView& right
     join(mean_.data(), bits_.data(), width, height, 1, kJoinsAbove, x0, x1);
     join(mean_.data(), bits_.data(), width, height, -1, kJoinsBelow, x0, x1);
     meeting.meet();  // the other columns
-    reports[half] = apply(bits_.data(), width, height, y0, y1, disparity.data(), confidence.data());
-  };
-  for (auto& sums : sums_) sums.resize(evidence_sums(width));
-  for (auto& bytes : bytes_) bytes.resize(evidence_bytes(width));
-  on_two_threads([&](Meeting& meeting) { work(0, meeting); },
-                 [&](Meeting& meeting) { work(1, meeting); });
-  return {reports[0].unexplained + reports[1].unexplained,
-          reports[0].borrowed + reports[1].borrowed, reports[0].weak + reports[1].weak};
+    const EvidenceReport own =
+        apply(bits_.data(), width, height, y0, y1, disparity.data(), confidence.data());
+    const std::lock_guard lock(adding);
+    sum.unexplained += own.unexplained;
+    sum.borrowed += own.borrowed;
+    sum.weak += own.weak;
+  });
+  return sum;
 }
 
 }  // namespace crane

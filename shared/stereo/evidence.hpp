@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/threads.hpp"
 #include "stereo/semi_global.hpp"
 
 namespace crane {
@@ -24,16 +25,19 @@ struct EvidenceReport {
 ///   brightness. An edge along the baseline fits at every disparity: what lies between two such
 ///   edges (a pipe, a rail, a painted line) may be at any depth.
 /// What is explained almost is kept as a likely surface: its disparity becomes negative.
-/// Two threads. Keeps its memory between frames.
+/// Keeps its memory between frames.
 class Evidence {
  public:
+  /// `threads`: 0 = the machine's, at most 4; the result is the same for any number.
+  explicit Evidence(int threads = 0) : threads_(threads_or_default(threads)) {}
+
   /// disparity, confidence: height x width, in place; disparity 0 = no match.
   EvidenceReport keep_proven(const GreyView& left, const GreyView& right,
                              std::span<std::int16_t> disparity, std::span<std::uint8_t> confidence);
 
  private:
-  std::vector<std::uint8_t> mean_, bits_, bytes_[2];
-  std::vector<std::int32_t> sums_[2];
+  int threads_;
+  std::vector<std::uint8_t> mean_, bits_;
   std::vector<float> residuals_;
 
   /// Variance of a pixel's brightness, from matches all over the image: most are right.

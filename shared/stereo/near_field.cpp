@@ -33,6 +33,7 @@ struct NearField::Impl {
         full(full_size),
         size(full_size.width / kShrink, full_size.height / kShrink),
         matcher(size.width, size.height, settings),
+        evidence(settings.threads),
         disparity(std::size_t(size.area())),
         confidence(std::size_t(size.area())),
         near(std::size_t(size.area())) {}
@@ -82,9 +83,11 @@ NearField::~NearField() = default;
 NearField::NearField(NearField&&) noexcept = default;
 NearField& NearField::operator=(NearField&&) noexcept = default;
 
-std::optional<NearField> NearField::create(int width, int height, const NearFieldRange& range) {
+std::optional<NearField> NearField::create(int width, int height, const NearFieldRange& range,
+                                           int threads) {
   const int small_width = width / kShrink;
   SemiGlobalSettings settings;
+  settings.threads = threads;
   settings.first_px = range.first_px / kShrink;
   const int last = std::min(range.nearest_px / kShrink, small_width / 2);
   if (last * kShrink <= range.last_px + kShrink) return std::nullopt;

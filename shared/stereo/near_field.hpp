@@ -28,7 +28,9 @@ struct NearFieldReport {
 class NearField {
  public:
   /// nullopt: the images are too small, or nothing nearer is left to search.
-  static std::optional<NearField> create(int width, int height, const NearFieldRange& range);
+  /// `threads`: as SemiGlobalSettings::threads.
+  static std::optional<NearField> create(int width, int height, const NearFieldRange& range,
+                                         int threads = 0);
   ~NearField();
   NearField(NearField&&) noexcept;
   NearField& operator=(NearField&&) noexcept;

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "base/expects.hpp"
-#include "base/two_threads.hpp"
+#include "base/threads.hpp"
 #include "stereo/repetition_cells.hpp"
 
 namespace crane {
@@ -20,13 +20,14 @@ constexpr std::size_t kFewest = 20;  ///< matches to know the pattern's disparit
 
 }  // namespace
 
-Repetition::Repetition(int width, int height, int reach_px, int last_px)
+Repetition::Repetition(int width, int height, int reach_px, int last_px, int threads)
     : width_(width),
       height_(height),
       columns_(width / kRepetitionCell),
       rows_(height / kRepetitionCell),
       reach_px_(reach_px),
       last_px_(last_px),
+      threads_(threads_or_default(threads)),
       repeats_(std::size_t(columns_) * std::size_t(rows_)) {}
 
 std::span<std::int16_t> Repetition::row_of_cell(std::span<std::int16_t> disparity, int row,
@@ -88,8 +89,10 @@ std::uint32_t Repetition::drop_ambiguous(const GreyView& left, std::span<std::in
               confidence.size() == disparity.size(),
           "images have the size that was announced");
   const RepetitionInput in{left.pixels, left.stride, width_, height_, reach_px_};
-  on_two_threads([&](Meeting&) { find_repetition(in, 0, rows_ / 2, repeats_.data()); },
-                 [&](Meeting&) { find_repetition(in, rows_ / 2, rows_, repeats_.data()); });
+  on_threads(threads_, [&](int thread, Meeting&) {
+    const auto [from, to] = share_of(rows_, thread, threads_);
+    find_repetition(in, from, to, repeats_.data());
+  });
   if (std::none_of(repeats_.begin(), repeats_.end(), [](auto r) { return r != 0; })) return 0;
   find_levels(disparity);
   std::uint32_t dropped = 0;

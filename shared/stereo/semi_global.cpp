@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 #include <vector>
 
 #include "base/expects.hpp"
-#include "base/two_threads.hpp"
+#include "base/threads.hpp"
 #include "stereo/semi_global_sweep.hpp"
 #include "stereo/subpixel.hpp"
 
@@ -18,6 +19,8 @@ namespace {
 
 /// The largest pixel cost (31) and jump add up to 63: four paths fit a byte.
 constexpr int kP1 = 6, kJumpMax = 32, kJumpMin = 14;
+/// Columns after which the rows below may follow.
+constexpr int kPartColumns = 160;
 
 struct Free {
   void operator()(void* p) const { std::free(p); }
@@ -67,15 +70,23 @@ struct SemiGlobalMatcher::Impl {
   std::vector<std::uint8_t> settled_confidence;
   std::vector<float> refined, weight, brightness, limit;
   Bytes sums;
+  /// Down, or up: pairs of rows in their order, each as far as the columns of the one before it.
   struct Direction {
     Bytes path;
-    std::vector<std::uint8_t> right_best;
-    std::vector<std::int8_t> padded;
+    std::atomic<int> next{0};  ///< pair that nobody has begun
+    std::unique_ptr<std::atomic<int>[]> parts_done;
   };
   std::array<Direction, 2> directions;
+  struct Scratch {
+    std::vector<std::uint8_t> right_best;
+    Bytes carried;
+    std::vector<std::int8_t> padded;
+  };
+  std::vector<Scratch> threads;
 
   /// Census of matched rows [from, to) of one image.
-  void census(const GreyView& image, int from, int to, bool mirrored, Direction& scratch) {
+  void census(const GreyView& image, int from, int to, bool mirrored, Scratch& scratch) {
+    if (from == to) return;
     const int step = settings.row_step;
     const int lines = (to - from - 1) * step + 1 + 2 * kCensusReachY;
     const std::ptrdiff_t stride = width + 2 * kCensusReachX + kSlack;
@@ -111,6 +122,47 @@ struct SemiGlobalMatcher::Impl {
       to_left[0] = kJumpMax;
       jump_costs(pixels + 1, pixels, width - 1, to_left + 1);
       jump_costs(pixels, above, width, p2_above.data() + std::ptrdiff_t(row) * width);
+    }
+  }
+
+  /// Rows [0, rows / 2) down and the others up, or (`finish`) the ways on from there. `own`: the
+  /// direction that the thread begins with; when it has no rows left, it helps with the other.
+  void sweep_all(const SweepInput& in, bool finish, int own, Scratch& scratch,
+                 const SweepOutput& out) {
+    for (const int which : {own, 1 - own}) {
+      Direction& d = directions[static_cast<std::size_t>(which)];
+      const bool down = which == 0;
+      const int middle = rows / 2;
+      const int first = down ? (finish ? middle : 0) : (finish ? middle - 1 : rows - 1);
+      const int count = down != finish ? middle : rows - middle;
+      SweepState state{d.path.get(), scratch.right_best.data(), scratch.carried.get()};
+      SweepPart part;
+      part.direction = down ? 1 : -1;
+      part.finish = finish;
+      const int columns = width - in.first;
+      for (int pair = d.next++; 2 * pair < count; pair = d.next++) {
+        part.y = first + 2 * pair * part.direction;
+        part.rows = std::min(2, count - 2 * pair);
+        int done = 0;
+        for (part.begin = 0; part.begin < columns; part.begin = part.end) {
+          part.end = std::min(part.begin + kPartColumns, columns);
+          ++done;
+          if (pair > 0) {
+            std::atomic<int>& before = d.parts_done[pair - 1];
+            for (int n = before.load(); n < done; n = before.load()) before.wait(n);
+          }
+          sweep(in, state, part, out);
+          d.parts_done[pair].store(done);
+          d.parts_done[pair].notify_all();
+        }
+      }
+    }
+  }
+  /// From one thread, between two rounds of sweep_all().
+  void rewind() {
+    for (Direction& d : directions) {
+      d.next = 0;
+      for (int pair = 0; pair <= rows / 4 + 1; ++pair) d.parts_done[pair] = 0;
     }
   }
 
@@ -170,7 +222,12 @@ SemiGlobalMatcher::SemiGlobalMatcher(int width, int height, const SemiGlobalSett
   m.sums = bytes(pixels * m.disparities);
   for (Impl::Direction& d : m.directions) {
     d.path = bytes(std::size_t(width) * m.disparities);
-    d.right_best.resize(2 * std::size_t(width + settings.first_px + m.disparities + 2 * kSlack));
+    d.parts_done = std::make_unique<std::atomic<int>[]>(std::size_t(m.rows) / 4 + 2);
+  }
+  m.threads.resize(std::size_t(threads_or_default(settings.threads)));
+  for (Impl::Scratch& t : m.threads) {
+    t.right_best.resize(2 * std::size_t(width + settings.first_px + m.disparities + 2 * kSlack));
+    t.carried = bytes(6 * std::size_t(m.disparities));
   }
   m.winners.resize(pixels);
   m.settled.resize(pixels);
@@ -214,44 +271,43 @@ SemiGlobalReport SemiGlobalMatcher::match(const GreyView& left, const GreyView& 
   in.sums = m.sums.get();
 
   const Subpixel subpixel{m.refined.data(), m.weight.data(), m.brightness.data(), m.limit.data()};
-  std::array<SemiGlobalReport, 2> reports;
-  const int middle = m.rows / 2;
-  const auto work = [&](int direction, Meeting& meeting) {
-    Impl::Direction& d = m.directions[direction > 0 ? 0 : 1];
-    SemiGlobalReport& report = reports[direction > 0 ? 0 : 1];
-    const int from = direction > 0 ? 0 : middle;
-    const int to = direction > 0 ? middle : m.rows;
-    m.census(left, from, to, false, d);
-    m.census(right, from, to, true, d);
-    m.jumps(left, from, to);
+  const auto threads = static_cast<int>(m.threads.size());
+  std::vector<SemiGlobalReport> reports(m.threads.size());
+  for (Impl::Direction& d : m.directions)
     std::memset(d.path.get(), 0, std::size_t(m.width) * m.disparities);
-    SweepState state{d.path.get(), d.right_best.data()};
+  m.rewind();
+  on_threads(threads, [&](int thread, Meeting& meeting) {
+    Impl::Scratch& scratch = m.threads[std::size_t(thread)];
+    SemiGlobalReport& report = reports[std::size_t(thread)];
+    const auto [from, to] = share_of(m.rows, thread, threads);
+    m.census(left, from, to, false, scratch);
+    m.census(right, from, to, true, scratch);
+    m.jumps(left, from, to);
     const SweepOutput out{m.winners.data(), m.margin.data(), m.settings.left_right_px,
                           m.settings.uniqueness, &report.at_near_end};
-    meeting.meet();  // the census of the other half
-    if (direction > 0)
-      sweep(in, state, 0, middle, 1, false, out);
-    else
-      sweep(in, state, m.rows - 1, middle - 1, -1, false, out);
-    meeting.meet();  // the sums of the other half
-    if (direction > 0)
-      sweep(in, state, middle, m.rows, 1, true, out);
-    else
-      sweep(in, state, middle - 1, -1, -1, true, out);
-    meeting.meet();  // the winners of the other half
+    meeting.meet();  // all have their census
+    m.sweep_all(in, false, thread % 2, scratch, out);
+    meeting.meet();  // all sums of one direction are there
+    if (thread == 0) m.rewind();
+    meeting.meet();
+    m.sweep_all(in, true, thread % 2, scratch, out);
+    meeting.meet();  // all winners
     const int step = m.settings.row_step;
     refine_subpixel({left.pixels, right.pixels, left.stride * step, right.stride * step,
                      m.winners.data(), m.width, m.rows},
                     from, to, subpixel);
-    meeting.meet();  // the refined rows of the other half
+    meeting.meet();  // all refined rows
     settle_subpixel(subpixel, m.width, m.rows, from, to, m.settled.data(),
                     m.settled_confidence.data());
-    meeting.meet();  // the first settled row of the other half
+    meeting.meet();  // the first settled row of the next thread
     report.matched = m.spread(from, to, disparity, confidence);
-  };
-  on_two_threads([&](Meeting& meeting) { work(1, meeting); },
-                 [&](Meeting& meeting) { work(-1, meeting); });
-  return {reports[0].matched + reports[1].matched, reports[0].at_near_end + reports[1].at_near_end};
+  });
+  SemiGlobalReport sum;
+  for (const SemiGlobalReport& r : reports) {
+    sum.matched += r.matched;
+    sum.at_near_end += r.at_near_end;
+  }
+  return sum;
 }
 
 }  // namespace crane

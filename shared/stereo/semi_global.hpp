@@ -24,6 +24,7 @@ struct SemiGlobalSettings {
   int row_step = 2;   ///< 2: every other row is matched, those between come from both neighbours
   int left_right_px = 1;  ///< allowed difference between the left and the right winner
   int uniqueness = 16;    ///< least margin of the winner over the second best, of 252
+  int threads = 0;        ///< 0 = the machine's, at most 4; the result is the same for any number
 };
 
 struct SemiGlobalReport {
@@ -32,9 +33,9 @@ struct SemiGlobalReport {
 };
 
 /// Semi-global matching (Hirschmueller 2008) of a rectified pair on centre-symmetric census costs:
-/// four paths, left-right check, sub-pixel. Two threads, one sweeping down and one up, that meet in
-/// the middle and go on over each other's sums: the result does not depend on their timing.
-/// Memory: width * height * disparities / row_step bytes. Use by one thread.
+/// four paths, left-right check, sub-pixel. Some threads sweep down and some up; they meet in the
+/// middle and go on over each other's sums. Memory: width * height * disparities / row_step bytes.
+/// Use by one thread.
 class SemiGlobalMatcher {
  public:
   static constexpr int kMinWidth = 64, kMinHeight = 32;  ///< of the images [px]

@@ -143,9 +143,8 @@ struct RightWinners {
   }
   HWY_INLINE void offer(const Bytes (&sum)[V], const Bytes (&index)[V]) {
     for (int v = 0; v < V; ++v) {
-      // Better, unsigned: sum < cost.
-      const auto better = hn::Gt(hn::SaturatedSub(cost[v], sum[v]), hn::Zero(U8()));
-      disparity[v] = hn::IfThenElse(better, index[v], disparity[v]);
+      const auto no_better = hn::Eq(hn::Max(cost[v], sum[v]), sum[v]);
+      disparity[v] = hn::IfThenElse(no_better, disparity[v], index[v]);
       cost[v] = hn::Min(cost[v], sum[v]);
     }
   }
@@ -238,8 +237,9 @@ struct Sweep {
 
   /// R rows at a time: while one row waits for the path along it, another works.
   template <int R, int kDirection, bool kFinish>
-  void rows(int y0) {
+  void rows(const SweepPart& part) {
     const U8 d;
+    const int y0 = part.y;
     const int disparities = V * kLanes;
     const Bytes p1 = set(in.p1);
     const Bytes table = bits;
@@ -251,9 +251,19 @@ struct Sweep {
     const std::uint8_t* p2_along[R];
     const std::uint8_t* p2_down[R];
     std::uint8_t* sums[R];
+    std::uint8_t* carried = state.carried;
     for (int r = 0; r < R; ++r) {
-      along[r].clear();
-      right[r].clear();
+      if (part.begin == 0) {
+        along[r].clear();
+        right[r].clear();
+      } else {
+        for (int v = 0; v < V; ++v, carried += kLanes) along[r].cost[v] = hn::Load(d, carried);
+        if constexpr (kFinish)
+          for (int v = 0; v < V; ++v, carried += 2 * kLanes) {
+            right[r].cost[v] = hn::Load(d, carried);
+            right[r].disparity[v] = hn::Load(d, carried + kLanes);
+          }
+      }
       const int y = y0 + r * kDirection;
       for (int p = 0; p < kCensusPlanes; ++p) {
         left_census[r][p] = in.left[p] + y * in.left_stride;
@@ -267,7 +277,8 @@ struct Sweep {
     }
     const int x_first = kDirection > 0 ? in.first : in.width - 1;
     const int x_last = kDirection > 0 ? in.width - 1 : in.first;
-    for (int x = x_first; x != x_last + kDirection; x += kDirection) {
+    const int x_end = x_first + part.end * kDirection;
+    for (int x = x_first + part.begin * kDirection; x != x_end; x += kDirection) {
       Path<V> down;
       std::uint8_t* path = state.path + std::ptrdiff_t(x) * disparities;
       for (int v = 0; v < V; ++v) down.cost[v] = hn::Load(d, path + v * kLanes);
@@ -302,6 +313,18 @@ struct Sweep {
       }
       for (int v = 0; v < V; ++v) hn::Store(down.cost[v], d, path + v * kLanes);
     }
+    if (part.end < in.width - in.first) {
+      carried = state.carried;
+      for (int r = 0; r < R; ++r) {
+        for (int v = 0; v < V; ++v, carried += kLanes) hn::Store(along[r].cost[v], d, carried);
+        if constexpr (kFinish)
+          for (int v = 0; v < V; ++v, carried += 2 * kLanes) {
+            hn::Store(right[r].cost[v], d, carried);
+            hn::Store(right[r].disparity[v], d, carried + kLanes);
+          }
+      }
+      return;
+    }
     if constexpr (kFinish)
       for (int r = 0; r < R; ++r) {
         std::uint8_t* mirrored = state.right_best + r * mirrored_size + kSlack;
@@ -330,39 +353,37 @@ struct Sweep {
     *out.at_near_end += near;
   }
 
-  template <int kDirection, bool kFinish>
-  void all(int y_from, int y_to) {
-    int y = y_from;
-    for (; (y_to - y) * kDirection >= 2; y += 2 * kDirection) rows<2, kDirection, kFinish>(y);
-    if (y != y_to) rows<1, kDirection, kFinish>(y);
+  template <int kDirection>
+  void go(const SweepPart& part) {
+    if (part.rows == 2)
+      part.finish ? rows<2, kDirection, true>(part) : rows<2, kDirection, false>(part);
+    else
+      part.finish ? rows<1, kDirection, true>(part) : rows<1, kDirection, false>(part);
   }
 };
 
 template <int kBlocks>
-void sweep_blocks(const SweepInput& in, SweepState& state, int y_from, int y_to, int direction,
-                  bool finish, const SweepOutput& out) {
+void sweep_blocks(const SweepInput& in, SweepState& state, const SweepPart& part,
+                  const SweepOutput& out) {
   Sweep<kBlocks * kDisparityStep / kLanes> s(in, state, out);
-  if (direction > 0)
-    finish ? s.template all<1, true>(y_from, y_to) : s.template all<1, false>(y_from, y_to);
-  else
-    finish ? s.template all<-1, true>(y_from, y_to) : s.template all<-1, false>(y_from, y_to);
+  part.direction > 0 ? s.template go<1>(part) : s.template go<-1>(part);
 }
 
-void SweepRows(const SweepInput& in, SweepState& state, int y_from, int y_to, int direction,
-               bool finish, const SweepOutput& out) {
+void SweepRows(const SweepInput& in, SweepState& state, const SweepPart& part,
+               const SweepOutput& out) {
   switch (in.disparities / kDisparityStep) {
     case 1:
-      return sweep_blocks<1>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<1>(in, state, part, out);
     case 2:
-      return sweep_blocks<2>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<2>(in, state, part, out);
     case 3:
-      return sweep_blocks<3>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<3>(in, state, part, out);
     case 4:
-      return sweep_blocks<4>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<4>(in, state, part, out);
     case 6:
-      return sweep_blocks<6>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<6>(in, state, part, out);
     default:
-      return sweep_blocks<8>(in, state, y_from, y_to, direction, finish, out);
+      return sweep_blocks<8>(in, state, part, out);
   }
 }
 
@@ -380,9 +401,8 @@ void census_row(const std::int8_t* padded, std::ptrdiff_t stride, int width, boo
   HWY_DYNAMIC_DISPATCH(CensusRow)(padded, stride, width, mirrored, planes);
 }
 
-void sweep(const SweepInput& in, SweepState& state, int y_from, int y_to, int direction,
-           bool finish, const SweepOutput& out) {
-  HWY_DYNAMIC_DISPATCH(SweepRows)(in, state, y_from, y_to, direction, finish, out);
+void sweep(const SweepInput& in, SweepState& state, const SweepPart& part, const SweepOutput& out) {
+  HWY_DYNAMIC_DISPATCH(SweepRows)(in, state, part, out);
 }
 
 }  // namespace crane

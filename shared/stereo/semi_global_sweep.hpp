@@ -40,10 +40,20 @@ struct SweepInput {
   std::uint8_t* sums = nullptr;  ///< height x width x disparities
 };
 
-/// What a direction of travel carries from row to row, and scratch.
+/// What a direction of travel carries from row to row, and what a pair of its rows carries from
+/// part to part.
 struct SweepState {
   std::uint8_t* path = nullptr;        ///< width x disparities: costs of the vertical path
   std::uint8_t* right_best = nullptr;  ///< 2 rows of width + first + disparities + 2 kSlack
+  std::uint8_t* carried = nullptr;     ///< 6 x disparities, aligned as `path`
+};
+
+/// Some columns of one row, or of two beside each other, as they are travelled.
+struct SweepPart {
+  int y = 0, rows = 2;     ///< the row that comes first, and how many
+  int direction = 1;       ///< +1: rows down and pixels right, -1: up and left
+  int begin = 0, end = 0;  ///< columns from the start of the travel on, of width - first
+  bool finish = false;     ///< the sums of the other direction are there: find the winners
 };
 
 /// The winner of each pixel.
@@ -56,9 +66,7 @@ struct SweepOutput {
 };
 
 /// Adds the two paths that come from behind (along the row, and vertically) in the direction of
-/// travel (+1: rows down and pixels right, -1: up and left) for rows y_from, y_from + direction, ..
-/// before y_to. `finish`: the sums of the other direction are there; find the winners.
-void sweep(const SweepInput& in, SweepState& state, int y_from, int y_to, int direction,
-           bool finish, const SweepOutput& out);
+/// travel. Parts of a row come one after another; the same columns of the row before it are done.
+void sweep(const SweepInput& in, SweepState& state, const SweepPart& part, const SweepOutput& out);
 
 }  // namespace crane

@@ -2,6 +2,7 @@
 #include "stereo/stereo_stage.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <opencv2/calib3d.hpp>  // StereoBM, StereoSGBM
 #include <opencv2/imgproc.hpp>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
+#include "base/threads.hpp"
 #include "stereo/disparity_support.hpp"
 #include "stereo/evidence.hpp"
 #include "stereo/near_field.hpp"
@@ -91,6 +93,10 @@ struct StereoStage::Impl {
   }
 };
 
+void use_threads(int threads) {
+  cv::setNumThreads(threads_or_default(threads));
+}
+
 StereoStage::StereoStage(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 StereoStage::~StereoStage() = default;
 StereoStage::StereoStage(StereoStage&&) noexcept = default;
@@ -152,16 +158,19 @@ Result<StereoStage> StereoStage::create(const StereoRig& rig, const StereoSettin
     SemiGlobalSettings sgm;
     sgm.first_px = impl->first;
     sgm.count_px = impl->count;
+    sgm.threads = settings.threads;
     sgm.left_right_px = settings.left_right_px < 0 ? impl->count : settings.left_right_px;
     impl->sgm = std::make_unique<SemiGlobalMatcher>(impl->size.width, impl->size.height, sgm);
     impl->count = SemiGlobalMatcher::disparities(impl->count);
     const double nearest = kNearField * rig.camera_height_m();
     impl->repetition.emplace(impl->size.width, impl->size.height, impl->count,
-                             impl->first + impl->count - 1);
+                             impl->first + impl->count - 1, settings.threads);
+    impl->evidence = Evidence(settings.threads);
     impl->near_field =
         NearField::create(impl->size.width, impl->size.height,
                           {impl->first, impl->first + impl->count - 1,
-                           std::min(static_cast<int>(fb / nearest), kMostDisparity_px)});
+                           std::min(static_cast<int>(fb / nearest), kMostDisparity_px)},
+                          settings.threads);
   } else {
     impl->opencv = make_matcher(impl->settings, impl->first, impl->count);
   }
@@ -266,12 +275,18 @@ Result<StereoReport> StereoStage::match(const CloudImages& out) {
     // eq. 4: z = f b / d; below 0 where it proves nothing free
     const float fb = static_cast<float>(m.camera.f_px * m.camera.baseline_m * kDisparityScale);
     if (m.sgm) {
-      std::uint32_t matched = 0;
-      for (std::size_t i = 0; i < pixels; ++i) {
-        const int d = disparity[i];
-        out.depth_m[i] = d != 0 ? fb / static_cast<float>(d) : 0.0F;
-        matched += d > 0 && out.confidence[i] > 0 ? 1 : 0;
-      }
+      const int threads = threads_or_default(m.settings.threads);
+      std::atomic<std::uint32_t> matched{0};
+      on_threads(threads, [&](int thread, Meeting&) {
+        const auto [begin, end] = share_of(static_cast<int>(pixels), thread, threads);
+        std::uint32_t own = 0;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const int d = disparity[i];
+          out.depth_m[i] = d != 0 ? fb / static_cast<float>(d) : 0.0F;
+          own += d > 0 && out.confidence[i] > 0 ? 1 : 0;
+        }
+        matched += own;
+      });
       report.matched = matched;
     }
     for (std::size_t i = 0; i < pixels && !m.sgm; ++i) {

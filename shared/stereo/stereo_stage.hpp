@@ -30,7 +30,11 @@ struct StereoSettings {
   int left_right_px = 1;        ///< -1 = no check
   /// Depth range to search [m]; 0 = 0.52 and 1.15 times the camera's height above the floor.
   double nearest_m = 0, farthest_m = 0;
+  int threads = 0;  ///< 0 = the machine's, at most 4; the result is the same for any number
 };
+
+/// For OpenCV's own loops in this process (rectification, its matchers, conversions).
+void use_threads(int threads);
 
 /// Number of disparities of the paper for an image width [px] (eq. 10).
 constexpr int paper_disparities(int width_px) {
@@ -64,7 +68,7 @@ struct StereoReport {
   double match_ms = 0, depth_ms = 0;
 };
 
-/// Frames to disparity to organised cloud. One thread; keeps its buffers between frames.
+/// Frames to disparity to organised cloud. Called by one thread; keeps its buffers between frames.
 class StereoStage {
  public:
   /// Error: Configuration when the rig or the search range is impossible.

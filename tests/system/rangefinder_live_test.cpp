@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <list>
 
@@ -140,6 +141,29 @@ TEST_F(RangefinderLive, DoctorAsksThem) {
   })) << said.output;
   EXPECT_NE(said.output.find("trolley-line: no such device"), std::string::npos) << said.output;
   EXPECT_EQ(said.code, 3);
+}
+
+TEST_F(RangefinderLive, DoctorSaysThatADeviceIsInUseOrMayNotBeOpened) {
+  emulate("cart", {"--from", "3", "--to", "3"});
+  emulate("trolley", {"--from", "1", "--to", "1"});
+  rangefinder();
+  Finished said;
+  EXPECT_TRUE(eventually(30s, [&] {
+    said = run({"doctor", "--config", site(), "--seconds", "0"}, folder_.path(), 60);
+    return said.output.find("cart-line: in use by another program") != std::string::npos &&
+           said.output.find("trolley-line: in use by another program") != std::string::npos;
+  })) << said.output;
+  EXPECT_NE(said.output.find("a service follows it already"), std::string::npos) << said.output;
+  // As somebody whom a terminal does not belong to.
+  const std::string setpriv = "/usr/bin/setpriv";
+  if (geteuid() != 0 || access(setpriv.c_str(), X_OK) != 0) return;
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms(0755));
+  Process& nobody = start("nobody", {setpriv, "--reuid=65534", "--regid=65534", "--clear-groups",
+                                     std::string(CRANEMAP_BIN_DIR) + "/cranemap", "doctor",
+                                     "--config", site(), "--seconds", "0"});
+  nobody.wait(60);
+  EXPECT_NE(nobody.output().find("cart-line: no permission"), std::string::npos) << nobody.output();
+  EXPECT_NE(nobody.output().find("group dialout"), std::string::npos) << nobody.output();
 }
 
 TEST_F(RangefinderLive, RegistersOfAPlcAreReadAndItsHeartbeatIsHeard) {

@@ -3,14 +3,17 @@
 
 #include <stdexcept>
 
+#include <atomic>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "base/log.hpp"
 #include "base/result.hpp"
 #include "base/stage_times.hpp"
-#include "base/two_threads.hpp"
+#include "base/threads.hpp"
 #include "base/wakeup.hpp"
 
 namespace crane {
@@ -90,62 +93,71 @@ TEST(LogDeathTest, WritesJsonLinesAndCutsAFloodShort) {
       testing::ExitedWithCode(42), "");
 }
 
-TEST(OnTwoThreads, BothMeetAsOftenAsTheyLikeAndSeeWhatTheOtherDid) {
-  for (int trial = 0; trial < 50; ++trial) {
-    int left = 0, right = 0, wrong = 0, wrong_too = 0;
-    on_two_threads(
-        [&](Meeting& meeting) {
-          for (int i = 1; i <= 100; ++i) {
-            left = i;
-            meeting.meet();
-            wrong += right != i ? 1 : 0;
-            meeting.meet();
-          }
-        },
-        [&](Meeting& meeting) {
-          for (int i = 1; i <= 100; ++i) {
-            right = i;
-            meeting.meet();
-            wrong_too += left != i ? 1 : 0;
-            meeting.meet();
-          }
-        });
-    ASSERT_EQ(wrong + wrong_too, 0);
+class OnThreads : public testing::TestWithParam<int> {};
+
+TEST_P(OnThreads, AllMeetAsOftenAsTheyLikeAndSeeWhatTheOthersDid) {
+  const int threads = GetParam();
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<int> at(std::size_t(threads), 0), wrong = at;
+    on_threads(threads, [&](int thread, Meeting& meeting) {
+      for (int i = 1; i <= 100; ++i) {
+        at[std::size_t(thread)] = i;
+        meeting.meet();
+        for (const int other : at) wrong[std::size_t(thread)] += other != i ? 1 : 0;
+        meeting.meet();
+      }
+    });
+    ASSERT_EQ(std::accumulate(wrong.begin(), wrong.end(), 0), 0);
   }
 }
 
-TEST(OnTwoThreads, OneAnnouncesWithoutWaitingAndTheOtherAwaitsIt) {
-  for (int trial = 0; trial < 200; ++trial) {
-    int made = 0, seen = 0;
-    const auto makes = [&](Meeting& meeting) {
-      made = 1;
-      meeting.announce();
-    };
-    const auto sees = [&](Meeting& meeting) {
-      meeting.await();
-      seen = made;
-    };
-    if (trial % 2 == 0)
-      on_two_threads(makes, sees);
-    else
-      on_two_threads(sees, makes);
-    ASSERT_EQ(seen, 1);
+TEST_P(OnThreads, OneAnnouncesWithoutWaitingAndTheOthersAwaitIt) {
+  for (int trial = 0; trial < 100; ++trial) {
+    const int maker = trial % GetParam();
+    int made = 0;
+    std::atomic<int> seen = 0;
+    on_threads(GetParam(), [&](int thread, Meeting& meeting) {
+      if (thread == maker) {
+        made = 1;
+        meeting.announce();
+      } else {
+        meeting.await();
+        seen += made;
+      }
+    });
+    ASSERT_EQ(seen, GetParam() - 1);
   }
 }
 
-TEST(OnTwoThreads, WhatEitherThrowsArrivesAndNobodyWaitsForOneThatFailed) {
-  const auto fails = [](Meeting&) { throw std::runtime_error("no memory"); };
-  const auto waits = [](Meeting& meeting) {
-    for (int i = 0; i < 3; ++i) meeting.meet();
-  };
-  for (int trial = 0; trial < 50; ++trial) {
-    EXPECT_THROW(on_two_threads(fails, waits), std::runtime_error);
-    EXPECT_THROW(on_two_threads(waits, fails), std::runtime_error);
-    EXPECT_THROW(on_two_threads(fails, fails), std::runtime_error);
-    const auto awaits = [](Meeting& meeting) { meeting.await(); };
-    EXPECT_THROW(on_two_threads(fails, awaits), std::runtime_error);
-    EXPECT_THROW(on_two_threads(awaits, fails), std::runtime_error);
-  }
+TEST_P(OnThreads, WhatAnyThrowsArrivesAndNobodyWaitsForOneThatFailed) {
+  for (int fails = 0; fails < GetParam(); ++fails)
+    for (const bool awaits : {false, true})
+      EXPECT_THROW(on_threads(GetParam(),
+                              [&](int thread, Meeting& meeting) {
+                                if (thread == fails) throw std::runtime_error("no memory");
+                                if (awaits) meeting.await();
+                                for (int i = 0; i < 3; ++i) meeting.meet();
+                              }),
+                   std::runtime_error);
+}
+
+INSTANTIATE_TEST_SUITE_P(Base, OnThreads, testing::Values(1, 2, 3, 8));
+
+TEST(Threads, SharesCoverAllAndTheDefaultIsTheMachinesAtMostFour) {
+  for (const int count : {0, 1, 5, 360})
+    for (int threads = 1; threads <= kMostThreads; ++threads) {
+      int next = 0;
+      for (int thread = 0; thread < threads; ++thread) {
+        const Share share = share_of(count, thread, threads);
+        EXPECT_EQ(share.begin, next);
+        next = share.end;
+      }
+      EXPECT_EQ(next, count);
+    }
+  EXPECT_EQ(threads_or_default(3), 3);
+  EXPECT_EQ(threads_or_default(99), kMostThreads);
+  EXPECT_LE(threads_or_default(0), 4);
+  EXPECT_GE(threads_or_default(0), 1);
 }
 
 }  // namespace

@@ -357,5 +357,48 @@ TEST(MotionStereo, HalvesTheErrorOfAShortBaselineAtLeast) {
   EXPECT_LT(std::sqrt(after), 0.5 * std::sqrt(before));
 }
 
+/// Frames of two drives: over tiles that are all alike, and with a baseline that is short.
+std::vector<View> frames_of(bool short_baseline) {
+  std::vector<View> out;
+  const double places[5][2] = {{0, 0}, {0.83, 0.1}, {0.3, 0.91}, {1.37, 0.62}, {0.7, 0.35}};
+  for (const auto& [x, y] : places) {
+    out.push_back(view_from(x, y, short_baseline ? texture : checker, unsigned(out.size())));
+    if (short_baseline)
+      out.back().frame.baseline_m = 0.12;
+    else
+      forget_floor(out.back());
+  }
+  return out;
+}
+
+/// What becomes of all their depths and confidences.
+std::pair<std::vector<float>, std::vector<std::uint8_t>> driven_on(int threads,
+                                                                   const std::vector<View>& frames,
+                                                                   std::size_t& changed) {
+  std::pair<std::vector<float>, std::vector<std::uint8_t>> out;
+  MotionStereo motion(threads);
+  TimeNs time = 1;
+  for (View v : frames) {
+    v.fix();
+    const MotionReport report =
+        motion.improve(v.frame, time += 3 * kNsPerSecond, v.depth, v.confidence);
+    changed += report.refined + report.proven;
+    out.first.insert(out.first.end(), v.depth.begin(), v.depth.end());
+    out.second.insert(out.second.end(), v.confidence.begin(), v.confidence.end());
+  }
+  return out;
+}
+
+TEST(MotionStereo, IsTheSameOnAnyNumberOfThreads) {
+  for (const bool short_baseline : {false, true}) {
+    const std::vector<View> frames = frames_of(short_baseline);
+    std::size_t changed = 0;
+    const auto alone = driven_on(1, frames, changed);
+    EXPECT_GT(changed, 3000U);
+    for (const int threads : {2, 3, 8})
+      EXPECT_EQ(driven_on(threads, frames, changed), alone) << threads << " threads";
+  }
+}
+
 }  // namespace
 }  // namespace crane
