@@ -40,9 +40,10 @@ struct Drive {
 /// Follows points of the floor through the images: corners by OpenCV (Shi and Tomasi 1994), to the
 /// right image and on to the next frame by pyramids of Lucas and Kanade, each there and back. What
 /// does not come back to where it began, or lies off its row, is dropped. At most 400 frames are
-/// looked at, spread evenly. `progress`: false stops. Error: BadData for an image that cannot be
-/// read, Configuration for a calibration that does not rectify, NotAvailable when stopped.
-Result<Drive> read_drive(const Recording& recording,
+/// looked at, spread evenly. `rig`: the recording's own, or another calibration. `progress`: false
+/// stops. Error: BadData for an image that cannot be read, Configuration for a calibration that
+/// does not rectify, NotAvailable when stopped.
+Result<Drive> read_drive(const Recording& recording, const StereoRig& rig,
                          const std::function<bool(std::size_t done, std::size_t total)>& progress);
 
 }  // namespace crane

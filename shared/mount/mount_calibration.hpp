@@ -36,10 +36,10 @@ struct MountOptions {
 
 /// What is estimated, in the order of files and reports. Of each rangefinder its own.
 enum class MountItem : std::uint8_t {
-  kHeight,        ///< of the camera above the floor at the middle of the drive [m]
-  kTiltX,         ///< the camera looks so far towards map +x from straight down [deg]
-  kTiltY,         ///< likewise +y
-  kYaw,           ///< the image's x axis points so far from map x, about map z [deg]
+  kHeight,            ///< of the camera above the floor at the middle of the drive [m]
+  kTiltX,             ///< the camera looks so far towards map +x from straight down [deg]
+  kTiltY,             ///< likewise +y
+  kYaw,               ///< the image's x axis points so far from map x, about map z [deg]
   kCartDirection,     ///< 1 or -1
   kTrolleyDirection,  ///< 1 or -1
   kCartScale,         ///< readings are to be multiplied by
@@ -48,7 +48,7 @@ enum class MountItem : std::uint8_t {
   kTrolleyLatency,
   kCartOffset,  ///< map coordinate of a reading of 0 [m]
   kTrolleyOffset,
-  kSkew,             ///< the bridge stands so far from square to the runway, about map z [deg]
+  kSkew,              ///< the bridge stands so far from square to the runway, about map z [deg]
   kCartSecondOffset,  ///< of the second rangefinder of the bridge [m]: skew zero
   kFloorSlopeX,       ///< the floor rises so much along map x against the rails [deg]
   kFloorSlopeY,
@@ -77,10 +77,10 @@ struct MountValue {
 /// What a target of known height says of the result.
 struct TargetCheck {
   FloorTarget target;
-  bool seen = false;      ///< enough points on its top
-  double height_m = 0;    ///< as measured
-  double sigma_m = 0;     ///< of that
-  bool agrees = false;    ///< within three sigma and 2 cm, or 1 % of the camera's height
+  bool seen = false;    ///< enough points on its top
+  double height_m = 0;  ///< as measured
+  double sigma_m = 0;   ///< of that
+  bool agrees = false;  ///< within three sigma and 2 cm, or 1 % of the camera's height
 };
 
 enum class MountVerdict { kGood, kUsable, kBad };
@@ -88,14 +88,15 @@ enum class MountVerdict { kGood, kUsable, kBad };
 /// Facts of the drive, for reports.
 struct DriveFacts {
   double seconds = 0;
-  std::size_t frames = 0, tracks = 0, floor_tracks = 0, moving_with_camera = 0, moving_by_itself = 0;
-  Eigen::Vector2d way_m = Eigen::Vector2d::Zero();  ///< of bridge and trolley, from end to end
+  std::size_t frames = 0, tracks = 0, floor_tracks = 0, moving_with_camera = 0,
+              moving_by_itself = 0;
+  Eigen::Vector2d way_m = Eigen::Vector2d::Zero();      ///< of bridge and trolley, from end to end
   Eigen::Vector2d speed_mps = Eigen::Vector2d::Zero();  ///< the largest of each
   double pixel_sigma = 0;                               ///< what the fit leaves of a pixel
   Eigen::Vector2d reading_sigma_m = Eigen::Vector2d::Zero();  ///< and of readings
   double floor_sigma_m = 0;                                   ///< unevenness of the floor
   std::array<std::size_t, 2> dropped_readings{};              ///< not believed
-  std::vector<double> time_s;                  ///< of each frame, from the first
+  std::vector<double> time_s;                                 ///< of each frame, from the first
   std::vector<Eigen::Vector2d> path_m;         ///< bridge, trolley, as the images say
   std::vector<Eigen::Vector2d> reading_off_m;  ///< what readings say minus that
   std::vector<Eigen::Vector3d> points_m;       ///< in the map: floor and what stands on it

@@ -12,6 +12,10 @@ namespace crane {
 /// rangefinder, the hook's rest position.
 void apply(const MountCalibration& calibration, SiteConfig& site);
 
+/// The same with scales of the devices' own readings: a live site's are multiplied already when
+/// they are recorded.
+MountCalibration of_devices(MountCalibration calibration, const SiteConfig& site);
+
 /// Every value with its sigma or why it has none, one a line; for terminals and text files.
 std::string mount_text(const MountCalibration& calibration);
 
