@@ -15,7 +15,7 @@ constexpr double kOutlier_m = 0.02;  ///< off those around
 constexpr double kOutlierSigmas = 8;
 constexpr double kMoves_m = 0.02;     ///< within a second: the axis moves
 constexpr double kRepeatShare = 0.3;  ///< of readings while it moves: the device repeats
-constexpr double kHalfWidth = 2.5;    ///< of the local mean, in intervals
+constexpr double kHalfWidth = 1.8;    ///< of the local mean, in intervals
 
 double median(std::vector<double> v) {
   if (v.empty()) return 0;
