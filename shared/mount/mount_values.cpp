@@ -129,7 +129,9 @@ class Values {
         leave(item, "it moved when the recording began: begin while it stands");
       } else {
         const double offset = (*options_.start_m)[int(k)] - gain(k) * readings_[k].at(t);
-        set(item, offset, fit_.reading_sigma_m[k], 1, "the readings are too rough");
+        const double by_scale = std::sqrt(variance(MountFit::kGain + int(k))) * readings_[k].at(t);
+        set(item, offset, std::hypot(fit_.reading_sigma_m[k], by_scale), 1,
+            "the readings are too rough");
         (k == 0 ? out_.mapper.cart_offset_m : out_.mapper.trolley_offset_m) = offset;
       }
     }
