@@ -70,7 +70,8 @@ class Values {
       const Eigen::Matrix3d turned = fit_.R_map_rectified *
                                      Eigen::AngleAxisd(-kStep, Eigen::Vector3d::Unit(k)) *
                                      drive_.camera.R_camera_rectified.transpose();
-      J.col(k) = (angles(turned) - now) / kStep;
+      J.col(k) =
+          (angles(turned) - now).unaryExpr([](double d) { return std::remainder(d, 360); }) / kStep;
     }
     const Eigen::Matrix3d C = J * fit_.covariance.topLeftCorner<3, 3>() * J.transpose();
     const std::string other = "drive bridge and trolley: one axis alone does not tell";
@@ -105,13 +106,30 @@ class Values {
       set(scale, std::abs(fit_.gain[k]), std::sqrt(variance(MountFit::kGain + int(k))), kScale,
           "drive farther");
       if (value(scale).determined) out_.scale[k] = value(scale).value;
-      set(latency, 1e3 * fit_.latency_s[k], 1e3 * std::sqrt(variance(MountFit::kLatency + int(k))),
-          kLatency_ms,
+      const double sigma_s =
+          std::max(std::sqrt(variance(MountFit::kLatency + int(k))), delay_sigma_s(k));
+      set(latency, 1e3 * fit_.latency_s[k], 1e3 * sigma_s, kLatency_ms,
           "the speed did not change enough: start and stop several times, both ways, faster");
       if (value(latency).determined)
         (cart ? out_.mapper.cart_latency_ms : out_.mapper.trolley_latency_ms) =
             int(std::lround(value(latency).value));
     }
+  }
+
+  /// A delay shows only where the speed changes: by the images, since a reading's noise looks like
+  /// changes of its speed as well.
+  [[nodiscard]] double delay_sigma_s(std::size_t k) const {
+    constexpr std::size_t kApart = 2;
+    double sum = 0, squares = 0, n = 0;
+    for (std::size_t i = kApart; i + kApart < fit_.place_m.size(); ++i) {
+      const double passed_s = double(drive_.frames[fit_.first + i + kApart].time -
+                                     drive_.frames[fit_.first + i - kApart].time) *
+                              1e-9;
+      const double mps = (fit_.place_m[i + kApart] - fit_.place_m[i - kApart])[int(k)] / passed_s;
+      sum += mps, squares += mps * mps, ++n;
+    }
+    const double variance_of_speed = squares / n - sum / n * sum / n;
+    return fit_.reading_sigma_m[k] / std::sqrt(std::max(1e-12, variance_of_speed * n));
   }
 
   /// Direction times scale.
