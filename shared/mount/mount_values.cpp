@@ -14,6 +14,9 @@ constexpr double kDeg = 180 / M_PI;
 /// A sigma above this tells nothing of use.
 constexpr double kTilt_deg = 0.1, kHeightShare = 0.005, kScale = 0.004, kLatency_ms = 15;
 constexpr double kSlope_deg = 0.2, kSkew_deg = 0.1;
+/// Disparities of one drive err together, by how images are drawn to whole pixels: by this share of
+/// what single ones err (a hundredth of a pixel or less in rendered drives). No residual shows it.
+constexpr double kTogether = 0.1;
 constexpr double kStands_mps = 0.02;
 constexpr std::size_t kLeastHook = 8;
 constexpr double kHookReach_m = 0.6;  ///< the hook is no taller
@@ -80,7 +83,8 @@ class Values {
     set(MountItem::kTiltX, now.x(), std::sqrt(C(0, 0)), both() ? kTilt_deg : -1, todo);
     set(MountItem::kTiltY, now.y(), std::sqrt(C(1, 1)), both() ? kTilt_deg : -1, todo);
     set(MountItem::kYaw, now.z(), std::sqrt(C(2, 2)), kTilt_deg, longer);
-    set(MountItem::kHeight, fit_.height_m, std::sqrt(variance(MountFit::kHeight)),
+    set(MountItem::kHeight, fit_.height_m,
+        std::hypot(std::sqrt(variance(MountFit::kHeight)), depth_share() * fit_.height_m),
         both() ? kHeightShare * fit_.height_m : -1, todo);
     if (!both()) return;
     out_.rig.T_map_camera_at_zero.linear() = R;
@@ -103,7 +107,8 @@ class Values {
       const int sign = fit_.gain[k] > 0 ? 1 : -1;
       set(direction, sign, 0, 0, "");
       (cart ? out_.mapper.cart_direction : out_.mapper.trolley_direction) = sign;
-      set(scale, std::abs(fit_.gain[k]), std::sqrt(variance(MountFit::kGain + int(k))), kScale,
+      set(scale, std::abs(fit_.gain[k]),
+          std::hypot(std::sqrt(variance(MountFit::kGain + int(k))), depth_share()), kScale,
           "drive farther");
       if (value(scale).determined) out_.scale[k] = value(scale).value;
       const double sigma_s =
@@ -114,6 +119,12 @@ class Values {
         (cart ? out_.mapper.cart_latency_ms : out_.mapper.trolley_latency_ms) =
             int(std::lround(value(latency).value));
     }
+  }
+
+  /// By which all depths, and so all lengths, may be wrong alike.
+  [[nodiscard]] double depth_share() const {
+    const RectifiedCamera& c = drive_.camera;
+    return kTogether * std::sqrt(2.0) * fit_.pixel_sigma * fit_.height_m / (c.f_px * c.baseline_m);
   }
 
   /// A delay shows only where the speed changes: by the images, since a reading's noise looks like
