@@ -19,7 +19,8 @@ constexpr double kQuality = 0.01;                      ///< of a corner, against
 constexpr int kMargin = 12;                            ///< to the image's edge [px]
 constexpr float kThereAndBack = 0.3F, kOffRow = 1.0F;  ///< [px]
 constexpr int kLevels = 5, kWindow = 21;
-constexpr std::size_t kLongest = 40;  ///< sightings of one track: what drifts away is begun anew
+/// Sightings of one track, between these: what drifts away is begun anew, not all in one frame.
+constexpr std::size_t kShortest = 25, kLongest = 50;
 
 using Points = std::vector<cv::Point2f>;
 using Pyramid = std::vector<cv::Mat>;
@@ -98,7 +99,7 @@ class Tracker {
     std::size_t kept = 0;
     std::vector<float> du, dv;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (!ok[i] || !inside(found[i], eyes.left) || length_[i] >= kLongest) continue;
+      if (!ok[i] || !inside(found[i], eyes.left) || length_[i] >= longest(numbers_[i])) continue;
       du.push_back(found[i].x - points_[i].x), dv.push_back(found[i].y - points_[i].y);
       points_[kept] = found[i];
       numbers_[kept] = numbers_[i];
@@ -154,6 +155,10 @@ class Tracker {
           {numbers_[kept - 1], points_[kept - 1].x, points_[kept - 1].y, double(right[i].x)});
     }
     shrink(kept);
+  }
+
+  static std::size_t longest(std::size_t number) {
+    return kShortest + number % (kLongest - kShortest);
   }
 
   static bool inside(const cv::Point2f& p, const cv::Mat& image) {

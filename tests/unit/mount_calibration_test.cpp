@@ -55,6 +55,7 @@ TEST(MountCalibration, FindsEachWayTheCameraMayHangAndEachDirection) {
       for (const int trolley : {1, -1}) {
         DriveRecipe r;
         r.yaw_deg = yaw, r.told_yaw_deg = yaw, r.direction = {bridge, trolley};
+        r.frames_hz = 5, r.points_seen = 60;
         const MountCalibration c = of(r);
         ASSERT_NE(c.verdict, MountVerdict::kBad) << said(c);
         EXPECT_EQ(c.mapper.cart_direction, bridge);
