@@ -115,6 +115,7 @@ TEST(MountCalibration, LeavesTheDelayOpenWhereTheSpeedNeverChanges) {
   DriveRecipe r;
   r.constant_speed = true;
   r.drive_trolley = false;
+  r.frames_hz = 4, r.points_seen = 60;
   const MountCalibration c = of(r);
   EXPECT_FALSE(c.of(MountItem::kCartLatency).determined) << said(c);
   EXPECT_TRUE(c.of(MountItem::kCartScale).determined) << said(c);
