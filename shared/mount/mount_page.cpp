@@ -152,7 +152,7 @@ std::string mount_page(const MountCalibration& c, const std::string& title) {
   out += formatted("<div class='verdict %s'>%s", kClass[verdict], kText[verdict]);
   const MountValue& h = c.of(MountItem::kHeight);
   if (h.determined)
-    out += formatted("<small>The camera hangs %.3f &plusmn; %.3f m above the floor.</small>",
+    out += formatted("<small>The camera hangs %.4f &plusmn; %.4f m above the floor.</small>",
                      h.value, h.sigma);
   out += "</div>";
   if (!c.remarks.empty()) {
