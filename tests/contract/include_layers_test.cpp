@@ -49,6 +49,9 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "config", "imaging", "recording"}, {"modbus", "aravis", "gstreamer"}}},
     {"shared/sim", {{"base", "geometry", "config", "recording"}, {"eigen", "embree"}}},
     {"shared/stereo", {{"base", "geometry", "imaging"}, {"eigen", "opencv", "hwy"}}},
+    {"shared/mount",
+     {{"base", "geometry", "config", "imaging", "recording", "calibration", "stereo"},
+      {"eigen", "opencv", "ceres"}}},
     {"shared/cloud", {{"base", "geometry"}, {"eigen", "pcl"}}},
     {"shared/motion", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/mapping", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
@@ -68,10 +71,12 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base",        "geometry", "config",   "imaging",   "recording",
-       "calibration", "sensors",  "sim",      "stereo",    "cloud",
-       "motion",      "mapping",  "watchdog", "map_codec", "mapping_pipeline",
-       "dds",         "map_sync", "service",  "client",    "evaluation"},
+     {{"base",      "geometry",    "config",    "imaging",
+       "recording", "calibration", "sensors",   "sim",
+       "stereo",    "mount",       "cloud",     "motion",
+       "mapping",   "watchdog",    "map_codec", "mapping_pipeline",
+       "dds",       "map_sync",    "service",   "client",
+       "evaluation"},
       {"cli", "json", "opencv"}}},
 };
 
