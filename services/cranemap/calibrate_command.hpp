@@ -9,7 +9,8 @@ class App;
 
 namespace crane {
 
-/// Adds `stereo`; the returned function runs it and gives the exit code.
+// Each adds a subcommand; the returned function runs it and gives the exit code.
 std::function<int()> add_stereo_command(CLI::App& app);
+std::function<int()> add_convert_command(CLI::App& app);
 
 }  // namespace crane

@@ -36,7 +36,8 @@ Command add_calibrate_command(CLI::App& app) {
       "Find what the cameras are, from images of a board, and how surely.\n"
       "Example: cranemap calibrate stereo images --board chessboard:9x6:0.025 --height 9.4 --out "
       "calibration");
-  command->set_help_flag();  // its own program tells
+  command->alias("calibration");  // 'cranemap calibration convert' reads better
+  command->set_help_flag();       // its own program tells
   command->prefix_command();
   return [command] { return become_calibrate(command->remaining()); };
 }

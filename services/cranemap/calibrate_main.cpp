@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <map>
 
 #include "base/log.hpp"
 #include "calibrate_command.hpp"
@@ -16,7 +17,10 @@ int main(int argc, char** argv) {
   crane::handle_signals();
   CLI::App app("Find what the cameras are, and how surely.", "cranemap calibrate");
   app.require_subcommand(1);
-  const auto stereo = crane::add_stereo_command(app);
+  const std::map<std::string, std::function<int()>> commands = {
+      {"stereo", crane::add_stereo_command(app)},
+      {"convert", crane::add_convert_command(app)},
+  };
   crane::take_decimal_numbers(app);
   try {
     app.parse(argc, argv);
@@ -24,5 +28,5 @@ int main(int argc, char** argv) {
     return crane::exit_code_of_output(app.exit(e) == 0 ? crane::kExitOk
                                                        : crane::kExitConfiguration);
   }
-  return crane::exit_code_of_output(stereo());
+  return crane::exit_code_of_output(commands.at(app.get_subcommands().front()->get_name())());
 }

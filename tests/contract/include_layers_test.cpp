@@ -32,7 +32,7 @@ const std::map<std::string, std::string> kLibraries = {
     {"cli", "CLI/"},        {"json", "nlohmann/"},   {"hwy", "hwy/"},
     {"boost", "boost/"},    {"systemd", "systemd/"}, {"openssl", "openssl/"},
     {"jpeg", "jpeglib.h"},  {"modbus", "modbus/"},   {"ceres", "ceres/"},
-    {"aravis", "arv.h"},    {"gstreamer", "gst/"},
+    {"aravis", "arv.h"},    {"gstreamer", "gst/"},   {"tinyxml", "tinyxml2.h"},
 };
 
 const std::map<std::string, Layer> kLayers = {
@@ -43,6 +43,8 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/config", {{"base", "geometry"}, {"yaml"}}},
     {"shared/imaging", {{"base"}, {"opencv", "jpeg"}}},
     {"shared/recording", {{"base", "geometry", "config", "imaging"}, {"eigen", "opencv"}}},
+    {"shared/calibration_files",
+     {{"base", "geometry", "config", "recording"}, {"eigen", "opencv", "yaml", "tinyxml"}}},
     {"shared/calibration",
      {{"base", "geometry", "imaging", "recording"}, {"eigen", "opencv", "ceres", "openssl"}}},
     {"shared/sensors",
@@ -68,10 +70,11 @@ const std::map<std::string, Layer> kLayers = {
      {{"base", "geometry", "recording", "mapping", "map_codec", "client"}, {}}},
     // A service may use any of shared/, never another service.
     {"services",
-     {{"base",        "geometry", "config",   "imaging",   "recording",
-       "calibration", "sensors",  "sim",      "stereo",    "cloud",
-       "motion",      "mapping",  "watchdog", "map_codec", "mapping_pipeline",
-       "dds",         "map_sync", "service",  "client",    "evaluation"},
+     {{"base",        "geometry",         "config",   "imaging",   "recording",
+       "calibration", "sensors",          "sim",      "stereo",    "cloud",
+       "motion",      "mapping",          "watchdog", "map_codec", "mapping_pipeline",
+       "dds",         "map_sync",         "service",  "client",    "evaluation",
+       "http",        "calibration_files"},
       {"cli", "json", "opencv"}}},
 };
 
