@@ -54,7 +54,7 @@ void examine_ports(const HttpConfig& http, CommissionItem& item) {
           formatted("stop what runs of this crane; of another crane on this host: give "
                     "this one its own, http: {port: %d}",
                     http.port + kApart));
-  item.good("ports", "those of the services are free");
+  item.good("HTTP ports", "those of the services are free");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ constexpr const char* kStyle = R"(
 *{box-sizing:border-box}body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:#fff;margin:0 auto;max-width:960px;padding:28px}
 h1{font-size:26px;margin:0}h2{font-size:18px;margin:30px 0 6px;border-bottom:1px solid var(--line);padding-bottom:4px}
 .sub{color:var(--soft);margin:2px 0 18px}.verdict{border:2px solid var(--good);border-radius:6px;padding:12px 18px;font-size:18px;font-weight:600}
-.verdict.failed{border-color:var(--bad)}.verdict.open{border-color:var(--soft)}
+.verdict small{display:block;font-weight:400;font-size:14px}.verdict.failed{border-color:var(--bad)}.verdict.open{border-color:var(--soft)}
 table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:5px 12px 5px 0;border-bottom:1px solid var(--line);vertical-align:top}
 th{font-weight:600}.passed,.good{color:var(--good)}.failed,.bad{color:var(--bad);font-weight:600}.warning{color:var(--warn)}.open{color:var(--soft)}
 td.state{white-space:nowrap;width:1%}.advice{display:block;color:var(--ink);font-weight:400}.advice::before{content:'\2192\00a0'}
@@ -60,13 +60,19 @@ Result<void> write_commission_report(const CommissionBook& book, const std::stri
   const auto state = static_cast<std::size_t>(failed              ? CommissionItem::State::kFailed
                                               : book.all_passed() ? CommissionItem::State::kPassed
                                                                   : CommissionItem::State::kOpen);
+  std::string todo;
+  for (const CommissionItem& item : book.items())
+    for (const Finding& f : item.findings)
+      if (f.verdict == Finding::Verdict::kBad)
+        todo += "<small>" + escaped(f.text) + " &rarr; " + escaped(f.advice) + "</small>";
   static constexpr const char* kWhole[] = {"Not finished", "Passed", "Failed"};
   std::string out = formatted(
       "<!doctype html><html lang='en'><head><meta charset='utf-8'><meta name='viewport' "
       "content='width=device-width'><title>Commissioning of crane %d</title><style>%s</style>"
       "</head><body><h1>Commissioning of crane %d</h1><p class='sub'>%s</p>"
-      "<div class='verdict %s'>%s</div><h2>Items</h2><table>",
+      "<div class='verdict %s'>%s",
       crane, kStyle, crane, last.c_str(), kState[state], kWhole[state]);
+  out += todo + "</div><h2>Items</h2><table>";
   for (const CommissionItem& item : book.items()) {
     const auto s = static_cast<std::size_t>(item.state);
     out += formatted("<tr><td class='state %s'>%s</td><td>", kState[s], kStateWords[s]) +

@@ -17,6 +17,7 @@ constexpr double kCloseUp = 0.4;       ///< of the image's width
 constexpr double kMoved_px = 2;        ///< between two pairs: the board is not at rest
 constexpr double kAlike = 0.04;        ///< of the image's width: the same view again
 constexpr double kFarAway = 0.12;      ///< of the image's width: corners too near each other
+constexpr int kInBoth = 6;             ///< views that both cameras have, before one alone will do
 constexpr double kGuessedFocal = 0.9;  ///< of the image's width
 
 /// Largest distance of the corners that both have [px]; nothing: they have too few in common.
@@ -63,24 +64,28 @@ Tilt least_tilted(const Coverage& c) {
 }  // namespace
 
 std::optional<NextView> next_view(const Coverage& coverage) {
+  NextView next;
   std::size_t part = 0;
-  const auto seen = [&](std::size_t i) {
-    return std::min(coverage.corners[0][i], coverage.corners[1][i]);
-  };
-  for (std::size_t i = 1; i < coverage.corners[0].size(); ++i)
-    if (seen(i) < seen(part)) part = i;
+  for (const bool right : {false, true})
+    for (std::size_t i = 0; i < coverage.corners[0].size(); ++i)
+      if (coverage.corners[right ? 1 : 0][i] < coverage.corners[next.right ? 1 : 0][part]) {
+        part = i;
+        next.right = right;
+      }
   const Tilt tilt = least_tilted(coverage);
   const bool tilted = tilt.reached >= kTilted_rad;
-  if (seen(part) >= kFewCorners && tilted && coverage.largest >= kCloseUp) return std::nullopt;
-  NextView next;
+  if (coverage.corners[next.right ? 1 : 0][part] >= kFewCorners && tilted &&
+      coverage.largest >= kCloseUp)
+    return std::nullopt;
   const int column = static_cast<int>(part) % Coverage::kColumns;
   const int row = static_cast<int>(part) / Coverage::kColumns;
   // A board that must be whole reaches into a corner of the image with its edge, not its middle.
   next.x = std::clamp((column + 0.5) / Coverage::kColumns, next.width / 2 + 0.02,
                       1 - next.width / 2 - 0.02);
   next.y = std::clamp((row + 0.5) / Coverage::kRows, 0.32, 0.68);
-  next.words = "hold the board in the " + place_words(column, row) +
-               " of the image, so near that it fills half of the width, ";
+  next.words = "hold the board in the " + place_words(column, row) + " of the " +
+               (next.right ? "right" : "left") +
+               " image, so near that it fills half of the width, ";
   if (tilted) {
     next.words += "upright";
   } else {
@@ -144,13 +149,19 @@ Coverage rough_coverage(const std::vector<View>& views, const Board& board, cons
 
 std::string ViewGate::refuse(const View& view) {
   const View before = std::exchange(before_, view);
-  for (const bool right : {false, true}) {
-    const Corners& eye = right ? view.right : view.left;
-    if (eye.empty())
+  if (view.left.empty() && view.right.empty()) return "no board in either image";
+  const auto in_both = std::count_if(kept_.begin(), kept_.end(), [](const View& v) {
+    return !v.left.empty() && !v.right.empty();
+  });
+  // Near the outer edges only one camera sees a whole board; that tells of its lens, but not of the
+  // relation of both.
+  for (const bool right : {false, true})
+    if ((right ? view.right : view.left).empty() && in_both < kInBoth)
       return std::string("no board in the ") + (right ? "right" : "left") +
-             " image: the whole board, with its white border, must be in both";
-  }
-  const auto moved = apart(view.left, before.left);
+             " image: the first views must show the whole board, with its white border, in both";
+  const bool left = !view.left.empty();
+  const auto eye_of = [left](const View& v) -> const Corners& { return left ? v.left : v.right; };
+  const auto moved = apart(eye_of(view), eye_of(before));
   if (!moved) return "the board has just come: hold it still";
   if (*moved > kMoved_px) return formatted("the board moves (%.0f px): hold it still", *moved);
   const Coverage here = coverage_of({view}, size_, {});
@@ -158,7 +169,7 @@ std::string ViewGate::refuse(const View& view) {
     return formatted("too far away: the board fills %.0f %% of the width, half is good",
                      100 * here.largest);
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    const auto off = apart(view.left, kept_[i].left);
+    const auto off = apart(eye_of(view), eye_of(kept_[i]));
     if (off && *off < kAlike * size_.width)
       return "as view " + std::to_string(i + 1) + ": move it or tilt it another way";
   }

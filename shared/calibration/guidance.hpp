@@ -10,8 +10,9 @@
 
 namespace crane {
 
-/// What the next view of the board should show; in the left image.
+/// What the next view of the board should show.
 struct NextView {
+  bool right = false;       ///< which image it is told in
   double x = 0.5, y = 0.5;  ///< middle of the board, shares of the image's width and height
   double width = 0.45;      ///< of the board, share of the image's width
   double tilt_x_rad = 0;    ///< > 0: its lower edge is turned towards the camera
@@ -23,7 +24,7 @@ struct NextView {
 /// that was tilted least. Nothing: no more is missing.
 std::optional<NextView> next_view(const Coverage& coverage);
 
-/// The board's outline in the left image, as the next view should show it [px]: upper left, upper
+/// The board's outline in that image, as the next view should show it [px]: upper left, upper
 /// right, lower right, lower left.
 std::array<Eigen::Vector2d, 4> outline(const NextView& next, const Board& board,
                                        const ImageSize& size);

@@ -129,7 +129,7 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
                      right ? "Right" : "Left");
   out += "</div>";
   if (const auto next = next_view(c.coverage))
-    out += "<p><b>The next view</b> (dashed in the left image): " + next->words + ".</p>";
+    out += "<p><b>The next view</b> (dashed): " + next->words + ".</p>";
   out += "<h2>What the fit leaves</h2><div class='two'>";
   for (const bool right : {false, true}) out += "<figure>" + svg_residuals(c, right) + "</figure>";
   out += "</div><h2>How surely</h2><div class='two'><figure>" +

@@ -180,7 +180,7 @@ Result<std::vector<std::string>> write_calibration(const StereoRig& rig, bool mo
                : format == F::kOrbSlam ? write_orb_slam(rig)
                : format == F::kMrcal
                    ? Result<Texts>(bad("mrcal", "is only read, not written",
-                                       "write kalibr; mrcal-from-kalibr reads that"))
+                                       "write kalibr; mrcal's mrcal-from-kalibr reads that"))
                    : write_opencv(rig, format == F::kOpencvXml);
   if (!texts) return texts.error();
   std::vector<std::string> names;

@@ -55,7 +55,7 @@ TEST(Guidance, NamesThePartThatWasSeenLeastAndTheTiltThatIsMissing) {
   c.tilt_y_rad = {-0.5, 0.5};
   EXPECT_FALSE(next_view(c));
   c.corners[1][11] = 3;  // lower right, of the right camera
-  EXPECT_THAT(next_view(c)->words, HasSubstr("lower right"));
+  EXPECT_THAT(next_view(c)->words, HasSubstr("lower right of the right image"));
   EXPECT_GT(next_view(c)->x, 0.7);
   EXPECT_GT(next_view(c)->y, 0.6);
   EXPECT_THAT(next_view(c)->words, HasSubstr("upright"));
