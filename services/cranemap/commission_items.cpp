@@ -123,13 +123,10 @@ Result<void> commission_calibration(const CommissionSite& site, CommissionItem& 
   if (!board) return board.error();
   const auto images = answers.text("board_images");
   if (!images) return images.error();
-  const std::string out = site.work() + "/calibration";
-  std::error_code failed;
+  const std::string out = site.work() + "/calibration", kept = site.work() + "/board_images";
   const bool live = *images == "live";
-  // Views of a camera are worth more than a report: they stay until a calibration came of them.
-  if (!live) fs::remove_all(out, failed);
-  for (const char* part : {"cam0", "cam1", "rig.yaml", "images"})
-    fs::remove_all(fs::path(out) / part, failed);
+  std::error_code failed;
+  fs::remove_all(out, failed);
   std::vector<std::string> command = {"calibrate", "stereo", "--board",  *board,
                                       "--out",     out,      "--height", formatted("%g", *height)};
   if (*baseline > 0) command.insert(command.end(), {"--baseline", formatted("%g", *baseline)});
@@ -138,6 +135,11 @@ Result<void> commission_calibration(const CommissionSite& site, CommissionItem& 
   else
     command.push_back(*images);
   const auto said = run_cranemap(std::move(command), site.work() + "/calibration.log", live);
+  if (fs::exists(out + "/images", failed)) {
+    fs::remove_all(kept, failed);
+    fs::rename(out + "/images", kept, failed);
+    std::printf("  the images that were taken are in %s\n", kept.c_str());
+  }
   if (!said) return said.error();
   const bool report = fs::exists(out + "/report.html", failed);
   if (said->code != 0) {

@@ -5,14 +5,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <fstream>
+#include <list>
 #include <random>
 #include <set>
 #include <thread>
 
 #include "config/site_config.hpp"
+#include "crane/client/map.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
 #include "system/process.hpp"
@@ -222,6 +225,52 @@ TEST_F(Commission, SaysWhichAnswerIsMissingAndIsBrokenOffAndGoneOnWith) {
   EXPECT_THAT(commission().output, HasSubstr("decimal point"));
   std::ofstream(folder_ / "site/commission/book.json") << "{\"items\": [{}]}";
   EXPECT_THAT(commission().output, HasSubstr("book.json: is damaged"));
+}
+
+TEST(SeveralCranes, TwoOnOneHostHaveTheirOwnPortsStatesAndMaps) {
+  const TempFolder folder;
+  const std::string domain = next_domain();
+  const int port = 20'000 + getpid() % 20'000;
+  std::list<Process> processes;
+  for (const int crane : {1, 2}) {
+    const std::string site = folder / ("crane-" + std::to_string(crane));
+    processes.emplace_back(
+        std::vector<std::string>{"cranemap", "emulate-crane", rig_recording(), "--out", site,
+                                 "--domain", domain, "--crane", std::to_string(crane)},
+        site + ".txt");
+    ASSERT_TRUE(eventually(20s, [&] { return fs::exists(site + "/trolley"); }));
+    auto config = read_site_config(site + "/site.yaml");
+    ASSERT_TRUE(config.ok());
+    config.value().http.port = port + 20 * (crane - 1);
+    std::ofstream(site + "/site.yaml") << to_yaml(config.value());
+    processes.emplace_back(std::vector<std::string>{"cranemap", "serve", "--site", site, "--state",
+                                                    folder / ("state-" + std::to_string(crane))},
+                           site + "-serve.txt");
+  }
+  std::set<std::uint64_t> maps;
+  for (const std::uint32_t crane : {1U, 2U}) {
+    client::Options options;
+    options.domain = static_cast<std::uint32_t>(std::stoi(domain));
+    options.crane = crane;
+    std::string error;
+    const auto map = client::Map::join(options, error);
+    ASSERT_NE(map, nullptr) << error;
+    EXPECT_TRUE(eventually(60s, [&] { return map->status().frames_integrated >= 2; }))
+        << crane << processes.back().output();
+    maps.insert(map->status().map_id);
+  }
+  EXPECT_EQ(maps.size(), 2U);
+  for (Process& process : processes)
+    EXPECT_THAT(process.output(), ::testing::Not(HasSubstr("starts again"))) << "all have a port";
+  // A third one that was given the ports of the first.
+  std::ofstream(folder / "third.yaml") << "crane: 3\nhttp: {port: " << port << "}\n";
+  std::ofstream(folder / "none.yaml") << "zones_right: yes\n";
+  const Finished third = run({"commission", "--out", folder / "third", "--config",
+                              folder / "third.yaml", "--answers", folder / "none.yaml"},
+                             folder.path());
+  EXPECT_THAT(third.output, HasSubstr("give this one its own, http: {port: "));
+  for (Process& process : processes) process.signal(SIGTERM);
+  for (Process& process : processes) EXPECT_EQ(process.wait(20), 0) << process.output();
 }
 
 }  // namespace
