@@ -16,6 +16,7 @@ Command add_demo_command(CLI::App& app);
 Command add_simulate_command(CLI::App& app);
 Command add_commission_command(CLI::App& app);
 Command add_calibrate_command(CLI::App& app);
+Command add_check_command(CLI::App& app);
 Command add_emulate_camera_command(CLI::App& app);
 Command add_emulate_crane_command(CLI::App& app);
 Command add_record_command(CLI::App& app);

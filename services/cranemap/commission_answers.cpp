@@ -32,6 +32,10 @@ constexpr Question kQuestions[] = {
      nullptr},
     {"baseline_m", "How far apart are the two lenses, as the maker says [m]? (0 = not known)", "0"},
     {"board_images", "Folder with images of the board, or 'live' to take them now", "live"},
+    {"start",
+     "Where do bridge and trolley stand when the drive begins, X,Y [m] in the map? ('told' = "
+     "the offsets of site.yaml stay)",
+     "told"},
     {"drive_s", "For how many seconds will the crane be driven, over all of bridge and trolley?",
      "60"},
     {"object",

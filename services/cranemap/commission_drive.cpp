@@ -108,6 +108,8 @@ void judge(const client::Map& map, const Object& object, const client::Height& h
 Result<void> commission_drive(const CommissionSite& site, CommissionItem& item) {
   const auto seconds = site.answers->number("drive_s", 1, 3600);
   if (!seconds) return seconds.error();
+  const auto start = site.answers->text("start");
+  if (!start) return start.error();
   if (auto ready = site.answers->ready(
           formatted("Drive the bridge and the trolley, one after the other and to and fro, over a "
                     "floor with things on it, for %.0f seconds.",
@@ -145,8 +147,12 @@ Result<void> commission_drive(const CommissionSite& site, CommissionItem& item) 
       run_cranemap({"calibrate", "mount", recording, "--config", site.site_yaml(), "--out", out},
                    site.work() + "/mount.log", false);
   if (!mount) return mount.error();
-  for (const std::string& line : mount->lines)
-    if (!line.empty()) item.good("mount", line);
+  for (const std::string& line : mount->lines) {
+    if (line.starts_with("  - "))
+      item.warning("mount", line.substr(4), "see the report of the mount");
+    else if (line.starts_with("  ") || line.find(": the mount") != std::string::npos)
+      item.good("mount", line.substr(line.find_first_not_of(' ')));
+  }
   if (fs::exists(out + "/mount.html", failed))
     item.pictures.push_back({"mount/mount.html", "report of the mount's calibration"});
   if (mount->code != 0) {

@@ -174,7 +174,6 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   site_.rangefinders[0].port = port;
   // Told that the laser of the bridge stands at the far end, which it does not.
   site_.mapper.cart_direction = -1;
-  site_.mapper.cart_offset_m = 3;
 
   meddler_->mode = Meddler::kCapRight;
   expect_failure("the right image is black", "take the cap off the right lens");
@@ -196,6 +195,7 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   answers_["drive_s"] = "16";
   const Finished done = commission();
   EXPECT_EQ(done.code, 0) << done.output;
+  EXPECT_THAT(done.output, HasSubstr("direction is another than was told"));
   const auto rig = read_rig(folder_ / "site");
   ASSERT_TRUE(rig.ok()) << done.output;
   EXPECT_NEAR(rig.value().camera_height_m(), 1.95, 0.02);

@@ -9,11 +9,10 @@ namespace crane::accuracy {
 
 Result<WatchOutcome> watch(const Recording& recording, const std::vector<Fault>& faults,
                            const std::function<void(std::size_t, const MappingPipeline&)>& tell,
-                           bool skew) {
+                           bool skew, MapperConfig config) {
   const StereoRig rig = told_rig(recording.rig(), faults);
   auto stage = StereoStage::create(rig, {});
   if (!stage) return stage.error();
-  MapperConfig config;
   config.voxel_m = 0.05;
   config.rangefinder_min_m = -1000;
   skew = skew && !recording.cart_second().empty();

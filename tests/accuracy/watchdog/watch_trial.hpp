@@ -24,9 +24,10 @@ struct WatchOutcome {
 /// Frames of a recording, matched and mapped in this process with a calibration and readings that
 /// `faults` spoil. The images are as they are: one rendering serves many faults.
 /// Where the cart has two rangefinders and `skew` is set, its rails are as the recording's
-/// site.yaml says. `tell`: after each frame.
+/// site.yaml says. `tell`: after each frame. `config`: what readings mean.
 Result<WatchOutcome> watch(
     const Recording& recording, const std::vector<Fault>& faults,
-    const std::function<void(std::size_t, const MappingPipeline&)>& tell = {}, bool skew = true);
+    const std::function<void(std::size_t, const MappingPipeline&)>& tell = {}, bool skew = true,
+    MapperConfig config = {});
 
 }  // namespace crane::accuracy
