@@ -95,7 +95,8 @@ Result<CommissionBook> CommissionBook::open(const std::string& folder) {
   const auto text = read_file(path, kMostBytes);
   if (!text) return text.error();
   try {
-    for (const json& item : json::parse(*text).at("items"))
+    const json whole = json::parse(*text);
+    for (const json& item : whole.at("items"))
       for (CommissionItem& known : book.items_)
         if (known.name == item.at("name").get<std::string>()) read_item(item, known);
   } catch (const json::exception& e) {

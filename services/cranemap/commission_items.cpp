@@ -39,8 +39,7 @@ Result<void> take_calibration(const std::string& from, const CommissionSite& sit
   }
   // What looks for site.yaml and for a folder of the calibration finds both, /etc/cranemap first.
   const fs::path link = fs::path(site.folder) / "calibration";
-  if (!fs::exists(fs::symlink_status(link, failed)))
-    fs::create_directory_symlink(".", link, failed);
+  fs::create_directory_symlink(".", link, failed);  // the second time it is there
   return {};
 }
 

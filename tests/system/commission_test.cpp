@@ -40,7 +40,7 @@ void render_board(const std::string& folder) {
   const Eigen::Vector3d middle = 0.5 * (board.corners().front() + board.corners().back());
   std::mt19937 random(4);
   std::uniform_real_distribution<double> one(-1, 1);
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < 16; ++i) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = (Eigen::AngleAxisd(0.7 * one(random), Eigen::Vector3d::UnitX()) *
                   Eigen::AngleAxisd(0.7 * one(random), Eigen::Vector3d::UnitY()))
