@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr int kStopMs = 5000;
 constexpr const char* kError = " ERROR ";
+constexpr const char* kBrokenOff = "commission";
 
 ChildOutput understood(const std::string& log, int code) {
   ChildOutput out;
@@ -45,6 +46,15 @@ ChildOutput understood(const std::string& log, int code) {
 
 }  // namespace
 
+Error broken_off() {
+  return {ErrorCode::kNotAvailable, kBrokenOff, "is broken off",
+          "the same command goes on where it was"};
+}
+
+bool is_broken_off(const Error& error) {
+  return error.where == kBrokenOff;
+}
+
 std::string own_program() {
   std::error_code failed;
   return std::filesystem::read_symlink("/proc/self/exe", failed);
@@ -69,8 +79,7 @@ Result<ChildOutput> run_cranemap(std::vector<std::string> arguments, const std::
   while (!(exit = process->poll())) {
     if (stop_requested()) {
       process->stop(kStopMs);
-      return Error{ErrorCode::kNotAvailable, "commission", "is broken off",
-                   "the same command goes on where it was"};
+      return broken_off();
     }
     show();
     std::this_thread::sleep_for(50ms);

@@ -20,6 +20,10 @@ struct ChildOutput {
 Result<ChildOutput> run_cranemap(std::vector<std::string> arguments, const std::string& log,
                                  bool shown);
 
+/// What was stopped by whoever sits before it; told apart from what failed.
+Error broken_off();
+bool is_broken_off(const Error& error);
+
 /// The program that runs.
 std::string own_program();
 

@@ -11,6 +11,7 @@
 #include "base/format.hpp"
 #include "base/read_file.hpp"
 #include "base/write_file.hpp"
+#include "child_output.hpp"
 #include "config/yaml_reader.hpp"
 #include "config/yaml_strict.hpp"
 #include "service/run_service.hpp"
@@ -60,11 +61,6 @@ Result<void> read(YamlReader file, std::map<std::string, std::string>& said) {
       said[q.key] = value;
     }
   return file.finish();
-}
-
-Error broken_off() {
-  return {ErrorCode::kNotAvailable, "commission", "is broken off",
-          "the same command goes on where it was"};
 }
 
 /// A line of the terminal. False: it was closed, or this program is to stop.

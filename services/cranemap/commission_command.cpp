@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "base/read_file.hpp"
+#include "child_output.hpp"
 #include "commands.hpp"
 #include "commission_items.hpp"
 #include "output.hpp"
@@ -82,12 +83,8 @@ Result<void> go_through(const Step& step, const CommissionSite& site, Commission
     item.state = CommissionItem::State::kOpen;
     std::printf("\n== %s\n", item.title.c_str());
     const auto looked = step.look(site, item);
-    if (stop_requested())
-      return Error{ErrorCode::kNotAvailable, "commission", "is broken off",
-                   "the same command goes on where it was"};
-    if (!looked && looked.error().code == ErrorCode::kNotAvailable && item.findings.empty() &&
-        looked.error().where == "commission")
-      return looked;
+    if (stop_requested()) return broken_off();
+    if (!looked && is_broken_off(looked.error())) return looked;
     if (!looked) item.bad(looked.error().where, looked.error().what, looked.error().todo);
     CommissionBook::close(item);
     print(item);

@@ -122,9 +122,9 @@ Result<void> commission_drive(const CommissionSite& site, CommissionItem& item) 
   std::error_code failed;
   fs::remove_all(recording, failed);
   fs::remove_all(out, failed);
-  const auto recorded = run_cranemap(
-      {"record", "--site", site.folder, "--out", recording, "--for", formatted("%gs", *seconds)},
-      site.work() + "/record.log", site.answers->interactive());
+  const auto recorded = run_cranemap({"record", "--site", site.folder, "--out", recording, "--for",
+                                      *site.answers->text("drive_s") + "s"},
+                                     site.work() + "/record.log", site.answers->interactive());
   services->stop(kStopMs);
   if (!recorded) return recorded.error();
   if (recorded->code != 0 && recorded->code != kExitDataLost) {

@@ -126,9 +126,10 @@ Result<void> commission_calibration(const CommissionSite& site, CommissionItem& 
   const bool live = *images == "live";
   std::error_code failed;
   fs::remove_all(out, failed);
-  std::vector<std::string> command = {"calibrate", "stereo", "--board",  *board,
-                                      "--out",     out,      "--height", formatted("%g", *height)};
-  if (*baseline > 0) command.insert(command.end(), {"--baseline", formatted("%g", *baseline)});
+  std::vector<std::string> command = {
+      "calibrate", "stereo", "--board",  *board,
+      "--out",     out,      "--height", *answers.text("camera_height_m")};
+  if (*baseline > 0) command.insert(command.end(), {"--baseline", *answers.text("baseline_m")});
   if (live)
     command.insert(command.end(), {"--live", site.site_yaml()});
   else
