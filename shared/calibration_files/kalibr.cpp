@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <optional>
+
 #include "calibration_files/document.hpp"
 #include "calibration_files/formats.hpp"
 #include "calibration_files/lens_numbers.hpp"
@@ -33,13 +35,22 @@ Result<StereoRig> read_kalibr(const Texts& files) {
   if (!root) return root.error();
   DocumentReader y(*root, files[0].name);
   StereoRig rig;
+  std::optional<Eigen::Isometry3d> T_imu_camera[2];
   if (y.has("cam2")) y.problem("cam2", "is a third camera: leave cam0 and cam1 in the file");
   for (const bool right : {false, true}) {
     DocumentReader camera = y.section(right ? "cam1" : "cam0");
     read_camera(camera, right ? rig.right : rig.left);
-    if (right)
+    // Chains of cameras and an IMU may place each camera in it instead; open_vins turns that round.
+    for (const auto& [key, inverse] : {std::pair{"T_cam_imu", true}, std::pair{"T_imu_cam", false}})
+      if (camera.has(key))
+        if (const auto T = camera.matrix(key, 4, 4); !T.empty())
+          T_imu_camera[right ? 1 : 0] = inverse ? transform_of(T).inverse() : transform_of(T);
+    if (right && (camera.has("T_cn_cnm1") || !T_imu_camera[0] || !T_imu_camera[1])) {
       if (const auto T = camera.matrix("T_cn_cnm1", 4, 4); !T.empty())
         rig.T_left_right = transform_of(T).inverse();
+    } else if (right) {
+      rig.T_left_right = T_imu_camera[0]->inverse() * *T_imu_camera[1];
+    }
     y.take_problems(camera);
   }
   if (auto done = y.finish(); !done) return done.error();

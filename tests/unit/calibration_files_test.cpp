@@ -330,6 +330,63 @@ TEST(CalibrationFiles, OrbSlam2IsReadByItsRectifications) {
   expect_same(read.value(), rig);
 }
 
+/// The camera of EuRoC's V1 recordings as two others describe it: Kalibr's chain, with each camera
+/// in the IMU, and ORB-SLAM2's rectification; keys and values as OpenCV lets them stand together.
+TEST(CalibrationFiles, TwoDescriptionsOfOneRealCameraAgree) {
+  const std::string lens =
+      "  camera_model: pinhole\n  distortion_coeffs: [-0.28340811, 0.07395907, 0.00019359, "
+      "1.76187114e-05]\n  distortion_model: radtan\n  intrinsics: [458.654, 457.296, 367.215, "
+      "248.375] #fu, fv\n  resolution: [752, 480]\n";
+  const auto chain = parse_calibration(
+      {{"chain.yaml",
+        "%YAML:1.0\n\ncam0:\n  T_imu_cam: #from camera to IMU\n"
+        "    - [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975]\n"
+        "    - [0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768]\n"
+        "    - [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949]\n"
+        "    - [0.0, 0.0, 0.0, 1.0]\n" +
+            lens +
+            "cam1:\n  T_imu_cam:\n"
+            "    - [0.0125552670891, -0.999755099723, 0.0182237714554, -0.0198435579556]\n"
+            "    - [0.999598781151, 0.0130119051815, 0.0251588363115, 0.0453689425024]\n"
+            "    - [-0.0253898008918, 0.0179005838253, 0.999517347078, 0.00786212447038]\n"
+            "    - [0.0, 0.0, 0.0, 1.0]\n" +
+            lens}},
+      F::kKalibr, {});
+  ASSERT_TRUE(chain) << chain.error().text();
+  const auto matrix = [](const std::string& name, int rows, int columns, const std::string& data) {
+    return name + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+           "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data:[" + data + "]\n";
+  };
+  const std::string K = "458.654, 0.0, 367.215, 0.0, 457.296, 248.375, 0.0, 0.0, 1";
+  const std::string D = "-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0.0";
+  const std::string P =
+      "435.2046959714599, 0, 367.45, 0, 0, 435.2046959714599, 252.2, 0, 0, 0, 1, 0";
+  const std::string P2 =
+      "435.2046959714599, 0, 367.45, -47.90639384423901, 0, 435.2046959714599, 252.2, 0, 0, 0, 1, "
+      "0";
+  const auto settings = parse_calibration(
+      {{"EuRoC.yaml",
+        "%YAML:1.0\n\n#----\nCamera.type: \"PinHole\"\nLEFT.height: 480\nLEFT.width: 752\n" +
+            matrix("LEFT.D", 1, 5, D) + matrix("LEFT.K", 3, 3, K) +
+            matrix("LEFT.R", 3, 3,
+                   "0.999966347530033, -0.001422739138722922, 0.008079580483432283, "
+                   "0.001365741834644127, 0.9999741760894847, 0.007055629199258132, "
+                   "-0.008089410156878961, -0.007044357138835809, 0.9999424675829176") +
+            matrix("LEFT.P", 3, 4, P) + matrix("RIGHT.D", 1, 5, D) + matrix("RIGHT.K", 3, 3, K) +
+            matrix("RIGHT.R", 3, 3,
+                   "0.9999633526194376, -0.003625811871560086, 0.007755443660172947, "
+                   "0.003680398547259526, 0.9999684752771629, -0.007035845251224894, "
+                   "-0.007729688520722713, 0.007064130529506649, 0.999945173484644") +
+            matrix("RIGHT.P", 3, 4, P2) + "Viewer.PointSize:2\n"}},
+      F::kOrbSlam, {});
+  ASSERT_TRUE(settings) << settings.error().text();
+  const Eigen::Isometry3d& a = chain.value().T_left_right;
+  const Eigen::Isometry3d& b = settings.value().T_left_right;
+  EXPECT_NEAR(a.translation().norm(), 0.1101, 2e-4);
+  EXPECT_LT((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), 2e-4) << a.matrix() << b.matrix();
+  EXPECT_GT(Eigen::AngleAxisd(a.linear()).angle(), 0.01) << "turned: an inverse would show";
+}
+
 TEST(CalibrationFiles, EachErrorNamesFileLineAndWhatToDo) {
   const TempFolder folder;
   const StereoRig rig = asymmetrical(LensModel::kRadialTangential);
