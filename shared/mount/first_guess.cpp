@@ -15,7 +15,9 @@ constexpr std::size_t kLeastFrames = 20;
 constexpr double kWithCamera_px = 2.5;  ///< such a track did not move in the image
 constexpr double kWayOfTrack = 0.08;    ///< while the crane went so far, in camera heights
 constexpr double kReach_s = 0.5, kStep_s = 0.02;  ///< of delays that are looked for
-constexpr double kSquare = 0.09;                  ///< sine of what the axes may be off square
+constexpr double kTogether = 0.98;                ///< correlation of both axes
+constexpr double kRest = 0.5;     ///< of the way an axis needs, between images and readings
+constexpr double kSquare = 0.09;  ///< sine of what the axes may be off square
 
 using Points = std::unordered_map<std::size_t, Eigen::Vector3d>;
 
@@ -38,19 +40,20 @@ double median(std::vector<double> v) {
 /// Tracks that stay where they are in the image while the crane drives.
 void find_what_comes_along(const Drive& drive, const AxisReadings& readings, MountFit& fit) {
   struct Life {
-    Eigen::Array2d low = Eigen::Array2d::Constant(1e9), high = Eigen::Array2d::Constant(-1e9);
-    double from_s = 0, to_s = 0;
+    Eigen::Array4d low = Eigen::Array4d::Constant(1e9), high = Eigen::Array4d::Constant(-1e9);
     int count = 0;
   };
   std::vector<Life> lives(drive.tracks);
   for (const DriveFrame& frame : drive.frames) {
     const double t = double(frame.time - drive.frames.front().time) * 1e-9;
+    const double bridge_m = readings[0].at(t);
+    const double trolley_m = readings[1].at(t);
     for (const Sighting& s : frame.sightings) {
       Life& life = lives[s.track];
-      if (life.count++ == 0) life.from_s = t;
-      life.to_s = t;
-      life.low = life.low.min(Eigen::Array2d(s.u_px, s.v_px));
-      life.high = life.high.max(Eigen::Array2d(s.u_px, s.v_px));
+      const Eigen::Array4d now(s.u_px, s.v_px, bridge_m, trolley_m);
+      life.low = life.low.min(now);
+      life.high = life.high.max(now);
+      ++life.count;
     }
   }
   fit.kinds.assign(drive.tracks, TrackKind::kFixed);
@@ -60,10 +63,9 @@ void find_what_comes_along(const Drive& drive, const AxisReadings& readings, Mou
       fit.kinds[i] = TrackKind::kShort;
       continue;
     }
-    const double way_m = std::hypot(readings[0].at(life.to_s) - readings[0].at(life.from_s),
-                                    readings[1].at(life.to_s) - readings[1].at(life.from_s));
-    if (way_m > kWayOfTrack * drive.told_height_m &&
-        (life.high - life.low).maxCoeff() < kWithCamera_px)
+    const Eigen::Array4d way = life.high - life.low;
+    if (way.tail<2>().maxCoeff() > kWayOfTrack * drive.told_height_m &&
+        way.head<2>().maxCoeff() < kWithCamera_px)
       fit.kinds[i] = TrackKind::kWithCamera;
   }
 }
@@ -153,6 +155,20 @@ Eigen::Vector3d floor_normal(const Drive& drive, const MountFit& fit,
   return Eigen::Vector3d(plane.x(), plane.y(), -1).normalized();
 }
 
+/// How nearly one axis's readings are a line of the other's: 1 when always.
+double together(const std::vector<double>& times, const AxisReadings& readings) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const double t : times) {
+    const Eigen::Vector2d r(readings[0].at(t), readings[1].at(t));
+    mean += r;
+    squares += r * r.transpose();
+  }
+  const auto n = double(times.size());
+  const Eigen::Matrix2d C = squares / n - mean / n * mean.transpose() / n;
+  return std::abs(C(0, 1)) / std::sqrt(std::max(1e-12, C(0, 0) * C(1, 1)));
+}
+
 /// Standing, or images and readings that do not belong together.
 std::string what_is_missing(const Drive& drive, const AxisReadings& readings, const MountFit& fit,
                             const std::vector<Eigen::Vector3d>& places) {
@@ -210,6 +226,13 @@ std::optional<MountFit> first_guess(const Drive& drive, const AxisReadings& read
   }
   flaw = what_is_missing(drive, readings, fit, places);
   if (!flaw.empty()) return std::nullopt;
+  if (fit.driven[0] && fit.driven[1] && together(times, readings) > kTogether) {
+    flaw =
+        "bridge and trolley always move together, or both rangefinders measure the same axis: "
+        "drive "
+        "one after the other";
+    return std::nullopt;
+  }
   Regression best;
   const auto search = [&](std::size_t axis, double reach, double step) {
     const double from = fit.latency_s[axis];
@@ -227,6 +250,18 @@ std::optional<MountFit> first_guess(const Drive& drive, const AxisReadings& read
   for (int round = 0; round < 3; ++round)
     for (const std::size_t axis : {0U, 1U})
       if (fit.driven[axis]) search(axis, round == 0 ? kReach_s : kStep_s, kStep_s / 2);
+  for (const std::size_t k : {0U, 1U})
+    if (!fit.driven[k]) fit.latency_s[k] = 0;
+  if (const double rest_m = std::sqrt(best.rest_m2);
+      rest_m > kRest * DriveNeeds::way_m(drive.told_height_m)) {
+    flaw = formatted(
+        "images and readings are %.2f m apart on the way: %s, readings stick, or they are of "
+        "another clock (cranemap doctor)",
+        rest_m,
+        fit.driven[0] && fit.driven[1] ? "something else moves below the camera"
+                                       : "a rangefinder does not follow its axis");
+    return std::nullopt;
+  }
   Eigen::Vector3d a = best.A.col(0);
   Eigen::Vector3d b = best.A.col(1);
   const Eigen::Vector3d n = floor_normal(drive, fit, places);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mount/mount_files.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 
@@ -40,11 +40,14 @@ void apply(const MountCalibration& c, SiteConfig& site) {
 }
 
 MountCalibration of_devices(MountCalibration c, const SiteConfig& site) {
-  for (const RangefinderConfig& r : site.rangefinders) {
-    const bool cart = r.axis == RangefinderConfig::Axis::kCart;
-    MountValue& v = c.values[std::size_t(cart ? MountItem::kCartScale : MountItem::kTrolleyScale)];
-    v.value *= r.scale;
-    v.sigma *= r.scale;
+  for (const auto axis : {RangefinderConfig::Axis::kCart, RangefinderConfig::Axis::kTrolley}) {
+    const auto first = std::find_if(site.rangefinders.begin(), site.rangefinders.end(),
+                                    [axis](const auto& r) { return r.axis == axis; });
+    if (first == site.rangefinders.end()) continue;
+    MountValue& scale = c.values[static_cast<std::size_t>(
+        axis == RangefinderConfig::Axis::kCart ? MountItem::kCartScale : MountItem::kTrolleyScale)];
+    scale.value *= first->scale;
+    scale.sigma *= first->scale;
   }
   return c;
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "mount/reduced_covariance.hpp"
 
@@ -17,6 +18,7 @@ constexpr double kRobust = 3;  ///< sigmas from which on an error counts less
 constexpr int kPasses = 3;
 constexpr std::size_t kLeastSightings = 4;
 constexpr double kFarSigmas = 5;  ///< of a track or a reading that does not belong to the rest
+constexpr double kFar_m = 0.015;  ///< nor is it far where it is nearer: rounded where speeds change
 constexpr double kTrackSigmas = 3;
 
 using Grid = ceres::Grid1D<double>;
@@ -271,13 +273,12 @@ class Fit {
     std::vector<double> sizes;
     for (const double o : off) sizes.push_back(std::abs(o));
     const double sigma = std::max(1e-4, 1.48 * median(sizes));
+    const double most = std::max(kFarSigmas * sigma, kFar_m);
     double pairs = 0, squares = 0;
     std::size_t far = 0;
     for (std::size_t i = 0; i < off.size(); ++i) {
-      if (std::abs(off[i]) > kFarSigmas * sigma) ++far;
-      if (i == 0 || std::abs(off[i]) > kFarSigmas * sigma ||
-          std::abs(off[i - 1]) > kFarSigmas * sigma)
-        continue;
+      if (std::abs(off[i]) > most) ++far;
+      if (i == 0 || std::max(std::abs(off[i]), std::abs(off[i - 1])) > kFarSigmas * sigma) continue;
       pairs += off[i] * off[i - 1];
       squares += off[i] * off[i];
     }

@@ -14,6 +14,9 @@ constexpr double kDeg = 180 / M_PI;
 /// A sigma above this tells nothing of use.
 constexpr double kTilt_deg = 0.1, kHeightShare = 0.005, kScale = 0.004, kLatency_ms = 15;
 constexpr double kSlope_deg = 0.2, kSkew_deg = 0.1;
+/// Disparities of one drive err together, by how images are drawn to whole pixels: by this share of
+/// what single ones err (a hundredth of a pixel or less in rendered drives). No residual shows it.
+constexpr double kTogether = 0.1;
 constexpr double kStands_mps = 0.02;
 constexpr std::size_t kLeastHook = 8;
 constexpr double kHookReach_m = 0.6;  ///< the hook is no taller
@@ -70,7 +73,8 @@ class Values {
       const Eigen::Matrix3d turned = fit_.R_map_rectified *
                                      Eigen::AngleAxisd(-kStep, Eigen::Vector3d::Unit(k)) *
                                      drive_.camera.R_camera_rectified.transpose();
-      J.col(k) = (angles(turned) - now) / kStep;
+      J.col(k) =
+          (angles(turned) - now).unaryExpr([](double d) { return std::remainder(d, 360); }) / kStep;
     }
     const Eigen::Matrix3d C = J * fit_.covariance.topLeftCorner<3, 3>() * J.transpose();
     const std::string other = "drive bridge and trolley: one axis alone does not tell";
@@ -79,7 +83,8 @@ class Values {
     set(MountItem::kTiltX, now.x(), std::sqrt(C(0, 0)), both() ? kTilt_deg : -1, todo);
     set(MountItem::kTiltY, now.y(), std::sqrt(C(1, 1)), both() ? kTilt_deg : -1, todo);
     set(MountItem::kYaw, now.z(), std::sqrt(C(2, 2)), kTilt_deg, longer);
-    set(MountItem::kHeight, fit_.height_m, std::sqrt(variance(MountFit::kHeight)),
+    set(MountItem::kHeight, fit_.height_m,
+        std::hypot(std::sqrt(variance(MountFit::kHeight)), depth_share() * fit_.height_m),
         both() ? kHeightShare * fit_.height_m : -1, todo);
     if (!both()) return;
     out_.rig.T_map_camera_at_zero.linear() = R;
@@ -102,16 +107,40 @@ class Values {
       const int sign = fit_.gain[k] > 0 ? 1 : -1;
       set(direction, sign, 0, 0, "");
       (cart ? out_.mapper.cart_direction : out_.mapper.trolley_direction) = sign;
-      set(scale, std::abs(fit_.gain[k]), std::sqrt(variance(MountFit::kGain + int(k))), kScale,
+      set(scale, std::abs(fit_.gain[k]),
+          std::hypot(std::sqrt(variance(MountFit::kGain + int(k))), depth_share()), kScale,
           "drive farther");
       if (value(scale).determined) out_.scale[k] = value(scale).value;
-      set(latency, 1e3 * fit_.latency_s[k], 1e3 * std::sqrt(variance(MountFit::kLatency + int(k))),
-          kLatency_ms,
+      const double sigma_s =
+          std::max(std::sqrt(variance(MountFit::kLatency + int(k))), delay_sigma_s(k));
+      set(latency, 1e3 * fit_.latency_s[k], 1e3 * sigma_s, kLatency_ms,
           "the speed did not change enough: start and stop several times, both ways, faster");
       if (value(latency).determined)
         (cart ? out_.mapper.cart_latency_ms : out_.mapper.trolley_latency_ms) =
             int(std::lround(value(latency).value));
     }
+  }
+
+  /// By which all depths, and so all lengths, may be wrong alike.
+  [[nodiscard]] double depth_share() const {
+    const RectifiedCamera& c = drive_.camera;
+    return kTogether * std::sqrt(2.0) * fit_.pixel_sigma * fit_.height_m / (c.f_px * c.baseline_m);
+  }
+
+  /// A delay shows only where the speed changes: by the images, since a reading's noise looks like
+  /// changes of its speed as well.
+  [[nodiscard]] double delay_sigma_s(std::size_t k) const {
+    constexpr std::size_t kApart = 2;
+    double sum = 0, squares = 0, n = 0;
+    for (std::size_t i = kApart; i + kApart < fit_.place_m.size(); ++i) {
+      const double passed_s = double(drive_.frames[fit_.first + i + kApart].time -
+                                     drive_.frames[fit_.first + i - kApart].time) *
+                              1e-9;
+      const double mps = (fit_.place_m[i + kApart] - fit_.place_m[i - kApart])[int(k)] / passed_s;
+      sum += mps, squares += mps * mps, ++n;
+    }
+    const double variance_of_speed = squares / n - sum / n * sum / n;
+    return fit_.reading_sigma_m[k] / std::sqrt(std::max(1e-12, variance_of_speed * n));
   }
 
   /// Direction times scale.
@@ -129,7 +158,9 @@ class Values {
         leave(item, "it moved when the recording began: begin while it stands");
       } else {
         const double offset = (*options_.start_m)[int(k)] - gain(k) * readings_[k].at(t);
-        set(item, offset, fit_.reading_sigma_m[k], 1, "the readings are too rough");
+        const double by_scale = std::sqrt(variance(MountFit::kGain + int(k))) * readings_[k].at(t);
+        set(item, offset, std::hypot(fit_.reading_sigma_m[k], by_scale), 1,
+            "the readings are too rough");
         (k == 0 ? out_.mapper.cart_offset_m : out_.mapper.trolley_offset_m) = offset;
       }
     }

@@ -2,6 +2,7 @@
 #include "mount/reduced_covariance.hpp"
 
 #include <ceres/crs_matrix.h>
+#include <ceres/problem.h>
 
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>

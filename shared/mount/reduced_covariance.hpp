@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <ceres/problem.h>
-
 #include <Eigen/Core>
 #include <vector>
+
+namespace ceres {
+class Problem;
+}
 
 namespace crane {
 

@@ -158,7 +158,11 @@ TEST_F(MountRendered, WhatIsWrittenMapsWithoutAnyComplaint) {
   method.mapper.voxel_m = voxel_m;
   const auto outcome = run_trial(*again, *scene_, method);
   ASSERT_TRUE(outcome) << outcome.error().text();
-  EXPECT_EQ(outcome->judgement.unsafe, 0);
+  // As good as by the true mount: somebody walks there, whom no mount makes safe.
+  const Method by_truth = cranemap_method(voxel_m);
+  const auto best = run_trial(*recording_, *scene_, by_truth);
+  ASSERT_TRUE(best) << best.error().text();
+  EXPECT_LE(outcome->judgement.unsafe, best->judgement.unsafe + 0.005);
   EXPECT_GT(outcome->frames, 45U);
   const auto watched = watch(*again, {}, {}, true, c.mapper);
   ASSERT_TRUE(watched) << watched.error().text();
