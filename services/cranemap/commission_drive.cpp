@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <string_view>
 #include <thread>
 
 #include "base/format.hpp"
@@ -42,6 +43,22 @@ double way(const std::vector<RecordedDistance>& readings) {
       std::minmax_element(readings.begin(), readings.end(),
                           [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
   return readings.empty() ? 0 : high->distance_m - low->distance_m;
+}
+
+/// One line that 'calibrate mount' printed: "  NAME   VALUE", "  - REMARK", or its verdict.
+void take_mount_line(const std::string& line, CommissionItem& item) {
+  if (line.starts_with("  - "))
+    return item.warning("mount", line.substr(4), "see the report of the mount");
+  if (line.find(": the mount") != std::string::npos) return item.good("mount", line);
+  const auto gap = line.find("  ", 2);
+  if (!line.starts_with("  ") || gap == std::string::npos) return;
+  const std::string name = line.substr(2, gap - 2);
+  const std::string value = line.substr(std::min(line.size(), line.find_first_not_of(' ', gap)));
+  constexpr std::string_view kNot = "not determined: ";
+  if (value.starts_with(kNot))
+    item.warning(name, "not determined", value.substr(kNot.size()));
+  else
+    item.good(name, value);
 }
 
 struct Object {
@@ -147,12 +164,7 @@ Result<void> commission_drive(const CommissionSite& site, CommissionItem& item) 
       run_cranemap({"calibrate", "mount", recording, "--config", site.site_yaml(), "--out", out},
                    site.work() + "/mount.log", false);
   if (!mount) return mount.error();
-  for (const std::string& line : mount->lines) {
-    if (line.starts_with("  - "))
-      item.warning("mount", line.substr(4), "see the report of the mount");
-    else if (line.starts_with("  ") || line.find(": the mount") != std::string::npos)
-      item.good("mount", line.substr(line.find_first_not_of(' ')));
-  }
+  for (const std::string& line : mount->lines) take_mount_line(line, item);
   if (fs::exists(out + "/mount.html", failed))
     item.pictures.push_back({"mount/mount.html", "report of the mount's calibration"});
   if (mount->code != 0) {
