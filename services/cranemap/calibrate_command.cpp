@@ -8,9 +8,11 @@
 #include "base/write_file.hpp"
 #include "calibrate_command.hpp"
 #include "calibration/find_board.hpp"
+#include "calibration/guidance.hpp"
 #include "calibration/image_pairs.hpp"
 #include "calibration/report.hpp"
 #include "calibration/stereo_calibration.hpp"
+#include "live_views.hpp"
 #include "progress.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
@@ -26,8 +28,9 @@ constexpr std::uint64_t kMostPixels = 64'000'000;
 constexpr double kRate_Hz = 10;  ///< written for who reads the folder as a recording
 
 struct Options {
-  std::string images, board, out;
+  std::string images, board, out, live;
   double height_m = 0;
+  int enough = 20;  ///< views of a live camera
   StereoCalibrationOptions calibration;
 };
 
@@ -143,6 +146,29 @@ void print(const StereoCalibration& c) {
   for (const RejectedView& view : c.rejected)
     std::printf("  rejected %s: %s\n", view.name.c_str(), view.reason.c_str());
   for (const std::string& remark : c.remarks) std::printf("  - %s\n", remark.c_str());
+  if (const auto next = next_view(c.coverage)) std::printf("next view: %s\n", next->words.c_str());
+}
+
+/// The images to calibrate from; those of a running camera are taken first.
+Result<std::string> images_of(const Options& options, const Board& board,
+                              const BoardFinder& finder) {
+  if (options.live.empty() != options.images.empty()) {
+    if (options.live.empty()) return options.images;
+    const std::string folder = options.out + "/images";
+    const auto taken = is_there(folder);
+    if (!taken) return taken.error();
+    if (taken.value())
+      return Error{ErrorCode::kConfiguration, folder, "is there already",
+                   "calibrate from it (IMAGES), or give --out a new folder"};
+    if (auto done = collect_live_views(options.live, board, finder, folder, options.enough); !done)
+      return done.error();
+    if (stop_requested())
+      return Error{ErrorCode::kNotAvailable, folder, "holds the views that were kept",
+                   "calibrate from them: give the folder instead of --live"};
+    return folder;
+  }
+  return Error{ErrorCode::kConfiguration, "calibrate stereo", "wants images or a running camera",
+               "give a folder, or --live site.yaml, one of both"};
 }
 
 int run_stereo(const Options& options) {
@@ -155,14 +181,20 @@ int run_stereo(const Options& options) {
   if (taken.value())
     return fail(Error{ErrorCode::kConfiguration, options.out, "holds a calibration already",
                       "give --out a new folder"});
-  const auto pairs = find_image_pairs(options.images);
+  const auto images = images_of(options, board.value(), finder.value());
+  if (!images) return fail(images.error());
+  const auto pairs = find_image_pairs(images.value());
   if (!pairs) return fail(pairs.error());
   auto found = find_views(pairs.value(), board.value(), finder.value());
   if (!found) return fail(found.error());
 
   auto calibration =
       calibrate_stereo(found->views, board.value(), found->size, options.calibration);
-  if (!calibration) return fail(calibration.error());
+  if (!calibration) {
+    if (const auto next = next_view(rough_coverage(found->views, board.value(), found->size)))
+      std::printf("next view: %s\n", next->words.c_str());
+    return fail(calibration.error());
+  }
   calibration->rejected.insert(calibration->rejected.begin(), found->rejected.begin(),
                                found->rejected.end());
 
@@ -173,7 +205,7 @@ int run_stereo(const Options& options) {
       const auto right = read_image(each.right, kMostPixels);
       if (left && right) pair = rectified_pair(*calibration, left.value(), right.value());
     }
-  const std::string page = report_page(*calibration, options.images, pair);
+  const std::string page = report_page(*calibration, images.value(), pair);
   std::error_code failed;
   fs::create_directories(options.out, failed);
   const std::string report = options.out + "/report.html";
@@ -183,7 +215,7 @@ int run_stereo(const Options& options) {
     return fail(done.error());
   print(*calibration);
   if (calibration->verdict == CalibrationVerdict::kBad)
-    return fail(Error{ErrorCode::kBadData, options.images,
+    return fail(Error{ErrorCode::kBadData, images.value(),
                       "gives no calibration that a map may be made with", "see " + report});
   if (auto done = write_rig(rig_of(*calibration, options), options.out, kRate_Hz); !done)
     return fail(done.error());
@@ -202,10 +234,18 @@ std::function<int()> add_stereo_command(CLI::App& app) {
       "them, tilted by 30 to 45 degrees in all directions, and at rest.\n"
       "Example: cranemap calibrate stereo images --board chessboard:9x6:0.025 --height 9.4 "
       "--out deploy/sites/crane-1/calibration");
+  stereo->add_option(
+      "IMAGES", options->images,
+      "Folder with left*.png and right*.png (also left/ and right/, cam0/ and cam1/)");
   stereo
-      ->add_option("IMAGES", options->images,
-                   "Folder with left*.png and right*.png (also left/ and right/, cam0/ and cam1/)")
-      ->required();
+      ->add_option(
+          "--live", options->live,
+          "Instead of IMAGES: the camera of this site.yaml; says of each view whether it is "
+          "kept, and what the next one should show")
+      ->check(CLI::ExistingFile);
+  stereo->add_option("--views", options->enough, "Of --live: at least so many")
+      ->check(CLI::Range(8, 200))
+      ->capture_default_str();
   stereo
       ->add_option("--board", options->board,
                    "chessboard:9x6:0.025 (inner corners, square in metres),\n"

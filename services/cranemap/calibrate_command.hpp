@@ -9,11 +9,11 @@ class App;
 
 namespace crane {
 
-/// Adds `stereo`; the returned function runs it and gives the exit code.
+// Each adds a subcommand; the returned function runs it and gives the exit code.
 std::function<int()> add_stereo_command(CLI::App& app);
-/// Adds `mount`, likewise.
+std::function<int()> add_convert_command(CLI::App& app);
 std::function<int()> add_mount_command(CLI::App& app);
-/// Adds `check`, likewise: `cranemap check` itself, not below calibrate.
+/// `cranemap check` itself, not below calibrate.
 std::function<int()> add_check_command(CLI::App& app);
 
 }  // namespace crane

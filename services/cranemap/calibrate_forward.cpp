@@ -40,7 +40,8 @@ Command add_calibrate_command(CLI::App& app) {
       "calibration\n"
       "         cranemap calibrate mount drive --calibration calibration --out "
       "deploy/sites/crane-1");
-  command->set_help_flag();  // its own program tells
+  command->alias("calibration");  // 'cranemap calibration convert' reads better
+  command->set_help_flag();       // its own program tells
   command->prefix_command();
   return [command] { return become_calibrate({}, command->remaining()); };
 }

@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   } else {
     commands.emplace_back("stereo", crane::add_stereo_command(app));
     commands.emplace_back("mount", crane::add_mount_command(app));
+    commands.emplace_back("convert", crane::add_convert_command(app));
   }
   crane::take_decimal_numbers(app);
   try {

@@ -14,6 +14,7 @@ using Command = std::function<int()>;
 Command add_run_command(CLI::App& app);
 Command add_demo_command(CLI::App& app);
 Command add_simulate_command(CLI::App& app);
+Command add_commission_command(CLI::App& app);
 Command add_calibrate_command(CLI::App& app);
 Command add_check_command(CLI::App& app);
 Command add_emulate_camera_command(CLI::App& app);

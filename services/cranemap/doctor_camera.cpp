@@ -44,11 +44,10 @@ std::vector<Finding> examine_camera(const SiteConfig& config) {
                         std::min(end, std::chrono::steady_clock::now() + 100ms), dropped);
     if (!got) return {refused(got.error())};
     if (!*got) continue;
-    std::vector<Finding> out = {{Finding::Verdict::kGood, "camera",
-                                 "gives pairs of " + std::to_string(facts.width) + " x " +
-                                     std::to_string(facts.height) + " pixels; " +
-                                     (*device)->about(),
-                                 ""}};
+    std::string gives = "gives pairs of " + std::to_string(facts.width) + " x " +
+                        std::to_string(facts.height) + " pixels";
+    if (!(*device)->about().empty()) gives += "; " + (*device)->about();
+    std::vector<Finding> out = {{Finding::Verdict::kGood, "camera", gives, ""}};
     if (!(*device)->remark().empty())
       out.push_back(said(Finding::Verdict::kWarning, (*device)->remark()));
     return out;

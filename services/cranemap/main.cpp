@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
       {"demo", crane::add_demo_command(app)},
       {"simulate", crane::add_simulate_command(app)},
       {"calibrate", crane::add_calibrate_command(app)},
+      {"commission", crane::add_commission_command(app)},
       {"check", crane::add_check_command(app)},
       {"watch", crane::add_watch_command(app)},
       {"evaluate", crane::add_evaluate_command(app)},

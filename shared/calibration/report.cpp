@@ -8,6 +8,7 @@
 
 #include "base/format.hpp"
 #include "calibration/escaped.hpp"
+#include "calibration/guidance.hpp"
 #include "calibration/svg.hpp"
 #include "calibration/verdict.hpp"
 
@@ -23,7 +24,7 @@ h1{font-size:26px;margin:0}h2{font-size:18px;margin:34px 0 8px;border-bottom:1px
 table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:5px 10px 5px 0;border-bottom:1px solid var(--line);vertical-align:top}
 td.n{font-variant-numeric:tabular-nums;white-space:nowrap}.two{display:grid;grid-template-columns:1fr 1fr;gap:20px}
 figure{margin:0}figcaption{color:var(--soft);font-size:13px}svg{width:100%;height:auto;display:block}
-.frame{fill:var(--card);stroke:var(--line);stroke-width:2}.missing{fill:#b26a00;opacity:.18}.corner{fill:#0b5c9e;opacity:.55}
+.frame{fill:var(--card);stroke:var(--line);stroke-width:2}.missing{fill:#b26a00;opacity:.18}.next{fill:none;stroke:#b26a00;stroke-width:6;stroke-dasharray:18 10}.corner{fill:#0b5c9e;opacity:.55}
 .off{stroke:#0b5c9e;stroke-width:1.4}.bars{max-width:560px}.bars text{fill:var(--ink)}.bars .left{fill:#0b5c9e}.bars .right{fill:#6aa6d6}.bars .rows{fill:#b26a00}
 svg text{text-anchor:middle;font-family:inherit}svg.bars text{text-anchor:start}.note{color:var(--soft);font-size:13px}
 img{max-width:100%;border:1px solid var(--line)}li{margin:3px 0}
@@ -126,7 +127,10 @@ std::string report_page(const StereoCalibration& c, const std::string& title, co
     out += "<figure>" + svg_coverage(c, right) +
            formatted("<figcaption>%s image; shaded: too few corners</figcaption></figure>",
                      right ? "Right" : "Left");
-  out += "</div><h2>What the fit leaves</h2><div class='two'>";
+  out += "</div>";
+  if (const auto next = next_view(c.coverage))
+    out += "<p><b>The next view</b> (dashed): " + next->words + ".</p>";
+  out += "<h2>What the fit leaves</h2><div class='two'>";
   for (const bool right : {false, true}) out += "<figure>" + svg_residuals(c, right) + "</figure>";
   out += "</div><h2>How surely</h2><div class='two'><figure>" +
          svg_grid(c.height_sigma_m, c.size, 100) +

@@ -6,6 +6,7 @@
 
 #include "base/format.hpp"
 #include "calibration/escaped.hpp"
+#include "calibration/guidance.hpp"
 
 namespace crane {
 namespace {
@@ -29,6 +30,12 @@ std::string svg_coverage(const StereoCalibration& c, bool right) {
     for (const auto& p : (right ? view.right : view.left).pixels)
       out += formatted("<circle class='corner' cx='%.1f' cy='%.1f' r='%.1f'/>", p.x(), p.y(),
                        c.size.width / 250.0);
+  if (const auto next = next_view(c.coverage); next && next->right == right) {
+    out += "<polygon class='next' points='";
+    for (const auto& p : outline(*next, c.board, c.size))
+      out += formatted("%.1f,%.1f ", p.x(), p.y());
+    out += "'/>";
+  }
   return out + "</svg>";
 }
 

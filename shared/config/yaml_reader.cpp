@@ -128,7 +128,11 @@ Result<YamlReader> YamlReader::from_file(const std::string& path) {
   return error;
 }
 
-Result<YamlReader> YamlReader::from_text(const std::string& text, const std::string& name) {
+Result<YamlReader> YamlReader::from_text(const std::string& whole, const std::string& name) {
+  // OpenCV's first line, which many calibrations have, is no directive that YAML knows.
+  constexpr std::string_view kOpencv = "%YAML:1.0";
+  const bool opencv = whole.starts_with(kOpencv);
+  const std::string text = opencv ? "#" + whole.substr(kOpencv.size()) : whole;
   auto impl = std::make_unique<Impl>();
   impl->shared = std::make_shared<Shared>();
   impl->shared->name = name;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <locale>
 #include <sstream>
 
 #include "base/read_file.hpp"
@@ -12,6 +13,14 @@
 
 namespace crane {
 namespace {
+
+/// Numbers with a decimal point and without separators, whatever the program's locale.
+std::ostringstream number_stream() {
+  std::ostringstream s;
+  s.imbue(std::locale::classic());
+  s.precision(17);
+  return s;
+}
 
 /// 4 x 4 row by row under `key: {data: [...]}`.
 void read_transform(YamlReader& y, const std::string& key, Eigen::Isometry3d& out) {
@@ -75,8 +84,7 @@ std::vector<double> coefficients_of(const CameraModel& c) {
 }
 
 std::string lens_text(const CameraModel& c) {
-  std::ostringstream s;
-  s.precision(17);
+  std::ostringstream s = number_stream();
   for (const LensName& lens : kLensNames)
     if (lens.model == c.lens) {
       s << "distortion_model: " << lens.name << "\ndistortion_coefficients: [";
@@ -88,10 +96,7 @@ std::string lens_text(const CameraModel& c) {
   return s.str();
 }
 
-Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Isometry3d& T_BS) {
-  auto file = YamlReader::from_file(path);
-  if (!file) return file.error();
-  YamlReader& y = *file;
+Result<CameraInBody> read_camera(YamlReader y) {
   for (const char* key : {"comment", "rate_hz"}) y.ignore(key);
   std::string type = "camera";
   std::string model = "pinhole";
@@ -126,29 +131,29 @@ Result<void> read_camera(const std::string& path, CameraModel& camera, Eigen::Is
     }
   int bits = 0;
   y.integer("bits", bits, 8, 16);
-  read_transform(y, "T_BS", T_BS);
+  CameraInBody out;
+  read_transform(y, "T_BS", out.T_body_camera);
   for (const double s : size)
     if (s < 16 || s > 65'535 || s != std::floor(s))
       y.problem("resolution", "is not a size in pixels");
   if (auto done = y.finish(); !done) return done.error();
-  camera = {static_cast<std::uint32_t>(size[0]),
-            static_cast<std::uint32_t>(size[1]),
-            k[0],
-            k[1],
-            k[2],
-            k[3],
-            d[0],
-            d[1],
-            0,
-            0,
-            bits};
-  if (lens != nullptr) set_lens(lens->model, d, camera);
-  return {};
+  out.model = {static_cast<std::uint32_t>(size[0]),
+               static_cast<std::uint32_t>(size[1]),
+               k[0],
+               k[1],
+               k[2],
+               k[3],
+               d[0],
+               d[1],
+               0,
+               0,
+               bits};
+  if (lens != nullptr) set_lens(lens->model, d, out.model);
+  return out;
 }
 
 std::string transform_text(const Eigen::Isometry3d& T) {
-  std::ostringstream s;
-  s.precision(17);
+  std::ostringstream s = number_stream();
   s << "\n  cols: 4\n  rows: 4\n  data: [";
   for (int r = 0; r < 4; ++r)
     for (int c = 0; c < 4; ++c) s << (r + c > 0 ? ", " : "") << T.matrix()(r, c);
@@ -180,7 +185,12 @@ Result<StereoRig> read_rig(const std::string& folder) {
   Eigen::Isometry3d T_body[2] = {Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
   for (int i = 0; i < 2; ++i) {
     const std::string path = folder + "/cam" + std::to_string(i) + "/sensor.yaml";
-    if (auto r = read_camera(path, i == 0 ? rig.left : rig.right, T_body[i]); !r) return r.error();
+    auto file = YamlReader::from_file(path);
+    if (!file) return file.error();
+    auto camera = read_camera(std::move(*file));
+    if (!camera) return camera.error();
+    (i == 0 ? rig.left : rig.right) = camera->model;
+    T_body[i] = camera->T_body_camera;
     if (auto r = check_rotation(T_body[i].linear(), path, "T_BS"); !r) return r.error();
   }
   rig.T_left_right = T_body[0].inverse() * T_body[1];
@@ -193,14 +203,19 @@ Result<StereoRig> read_rig(const std::string& folder) {
   return rig;
 }
 
+Result<CameraInBody> parse_camera(const std::string& text, const std::string& name) {
+  auto file = YamlReader::from_text(text, name);
+  if (!file) return file.error();
+  return read_camera(std::move(*file));
+}
+
 Result<void> write_rig(const StereoRig& rig, const std::string& folder, double rate_hz) {
   std::error_code failed;
   for (int i = 0; i < 2; ++i) {
     const CameraModel& c = i == 0 ? rig.left : rig.right;
     const std::string dir = folder + "/cam" + std::to_string(i);
     std::filesystem::create_directories(dir + "/data", failed);
-    std::ostringstream s;
-    s.precision(17);
+    std::ostringstream s = number_stream();
     const std::string bits = c.bits > 0 ? "bits: " + std::to_string(c.bits) + "\n" : "";
     s << "# camera axes: x right, y down in the image, z along the view; body = the axes of cam0\n"
       << "sensor_type: camera\ncomment: " << (i == 0 ? "left" : "right")
@@ -235,7 +250,8 @@ Result<RangefinderModel> read_rangefinder(const std::string& path) {
 }
 
 Result<void> write_rangefinder(const std::string& path, const RangefinderModel& model) {
-  std::ostringstream s;
+  std::ostringstream s = number_stream();
+  s.precision(6);
   s << "sensor_type: rangefinder\naccuracy_m: " << model.accuracy_m
     << "\nrange_m: " << model.range_m << "\nrate_hz: " << model.rate_hz << "\n";
   return write_text(path, s.str());

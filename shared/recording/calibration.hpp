@@ -12,6 +12,14 @@ namespace crane {
 /// Error: Configuration, with every problem of a file and its line.
 Result<StereoRig> read_rig(const std::string& folder);
 
+/// A camera, and where it is in a body frame of the calibration's choice.
+struct CameraInBody {
+  CameraModel model;
+  Eigen::Isometry3d T_body_camera = Eigen::Isometry3d::Identity();
+};
+/// One sensor.yaml; `name` for errors. Error: as read_rig().
+Result<CameraInBody> parse_camera(const std::string& text, const std::string& name);
+
 /// Writes the same three files. Error: Resource.
 Result<void> write_rig(const StereoRig& rig, const std::string& folder, double rate_hz);
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "calibration/stereo_calibration.hpp"
+#include "calibration_files/calibration_files.hpp"
 #include "temp_folder.hpp"
 #include "unit/board_views.hpp"
 
@@ -87,6 +88,16 @@ TEST(Mrcal, FindsTheSameCamerasFromTheSameCorners) {
   const Eigen::Vector3d shift(place[3], place[4], place[5]);
   EXPECT_LT((shift - rig.T_right_left.translation()).norm(), 2 * rig.baseline_sigma_m());
   EXPECT_NEAR(shift.norm(), test::true_rig().baseline_m(), 2e-4);
+
+  // The files as mrcal writes them, with all that they were optimised from, are read as they mean.
+  const auto read = read_calibration(
+      {folder / "camera-0.cameramodel", folder / "camera-1.cameramodel"}, std::nullopt, {});
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->format, CalibrationFormat::kMrcal);
+  const Eigen::Isometry3d T = read->rig.T_right_left();
+  EXPECT_LT((T.translation() - rig.T_right_left.translation()).norm(), 2 * rig.baseline_sigma_m());
+  EXPECT_LT(Eigen::AngleAxisd(T.linear().transpose() * rig.T_right_left.linear()).angle(), 2e-4);
+  EXPECT_EQ(read->rig.right.fx_px, numbers(folder / "camera-1.cameramodel", "intrinsics").front());
 }
 
 }  // namespace

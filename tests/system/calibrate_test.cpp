@@ -4,11 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <signal.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <thread>
 
+#include "base/clock.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
 #include "system/process.hpp"
@@ -20,6 +24,7 @@ namespace {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
 constexpr double kBaseline_m = 0.12;
 
@@ -117,6 +122,41 @@ TEST_F(Calibrate, SaysWhatATechnicianDidWrong) {
   expect(calibrate(empty.path(), work_ / "g"), 2, "in none of the images");
   expect(calibrate(folder_->path(), work_ / "h", {"--board", "chessboard:9x6:25"}), 2,
          "millimetres");
+}
+
+TEST_F(Calibrate, ARunningCameraIsLookedAtAndThePersonToldWhatToShowNext) {
+  const TempFolder folder;
+  for (const char* side : {"left", "right"})
+    fs::create_directories(folder / ("in/" + std::string(side)));
+  std::ofstream(folder / "site.yaml") << "camera: {source: folder, path: " << folder / "in"
+                                      << "}\n";
+  Process live({"cranemap", "calibrate", "stereo", "--live", folder / "site.yaml", "--board",
+                "chessboard:9x6:0.025", "--height", "2", "--out", folder / "out"},
+               folder / "live.txt");
+  ASSERT_TRUE(eventually(20s, [&] { return live.output().find("looking for") < 999; }));
+  std::int64_t time = SystemClock().now();
+  const auto show = [&](int i, const std::string& said) {
+    return eventually(20s, [&] {
+      for (const bool right : {true, false}) {
+        const std::string side = right ? "right" : "left";
+        const std::string name = std::to_string(time) + ".png";
+        fs::copy_file(file(right, i), folder / ("in/." + name));
+        fs::rename(folder / ("in/." + name), folder / ("in/" + side + "/" + name));
+      }
+      time += 250'000'000;
+      std::this_thread::sleep_for(250ms);
+      return live.output().find(said) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(show(5, "view 1 kept; next: hold the board in the")) << live.output();
+  EXPECT_TRUE(show(5, "not kept: as view 1")) << live.output();
+  EXPECT_TRUE(show(10, "the board moves")) << live.output();
+  EXPECT_TRUE(show(10, "view 2 kept")) << live.output();
+  live.signal(SIGINT);
+  EXPECT_EQ(live.wait(20), 3) << live.output();
+  EXPECT_THAT(live.output(), HasSubstr("give the folder instead of --live"));
+  for (const char* image : {"left01.png", "right01.png", "left02.png", "right02.png"})
+    EXPECT_TRUE(fs::exists(folder / ("out/images/" + std::string(image)))) << image;
 }
 
 }  // namespace

@@ -72,11 +72,17 @@ struct Rendered {
   std::vector<Eigen::Vector2d> corners;
 };
 
-/// Seen by a pinhole camera without distortion.
-inline Rendered render(const Board& board, const Eigen::Isometry3d& T) {
+/// A pinhole camera without distortion.
+struct BoardCamera {
+  int width = kWidth, height = kHeight;
+  double f_px = kF_px, cx_px = 640.3, cy_px = 359.6;
+};
+
+inline Rendered render(const Board& board, const Eigen::Isometry3d& T,
+                       const BoardCamera& camera = {}) {
   const Drawn drawn = draw(board);
   Eigen::Matrix3d K;
-  K << kF_px, 0, 640.3, 0, kF_px, 359.6, 0, 0, 1;
+  K << camera.f_px, 0, camera.cx_px, 0, camera.f_px, camera.cy_px, 0, 0, 1;
   Eigen::Matrix3d board_to_image;
   board_to_image << T.linear().col(0), T.linear().col(1), T.translation();
   board_to_image = K * board_to_image;
@@ -90,12 +96,12 @@ inline Rendered render(const Board& board, const Eigen::Isometry3d& T) {
   // Twice as large first, then halved: the edges of a real image are not stairs.
   const cv::Matx33d twice(2, 0, 0.5, 0, 2, 0.5, 0, 0, 1);
   cv::Mat large, small;
-  cv::warpPerspective(drawn.picture, large, twice * warp, {2 * kWidth, 2 * kHeight}, cv::INTER_AREA,
-                      cv::BORDER_CONSTANT, cv::Scalar(150));
-  cv::resize(large, small, {kWidth, kHeight}, 0, 0, cv::INTER_AREA);
+  cv::warpPerspective(drawn.picture, large, twice * warp, {2 * camera.width, 2 * camera.height},
+                      cv::INTER_AREA, cv::BORDER_CONSTANT, cv::Scalar(150));
+  cv::resize(large, small, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(small, small, {0, 0}, 0.7);
   Rendered out;
-  out.image = {kWidth, kHeight, 1, {}};
+  out.image = {std::uint32_t(camera.width), std::uint32_t(camera.height), 1, {}};
   out.image.bytes.assign(small.datastart, small.dataend);
   for (const auto& corner : board.corners()) {
     const Eigen::Vector3d p = board_to_image * Eigen::Vector3d(corner.x(), corner.y(), 1);
