@@ -128,12 +128,10 @@ void print(const RunReport& r) {
     for (const ObstacleHeight& h : r.heights) {
       if (h.columns == 0)
         std::printf("%-16s %8.3f %10s\n", h.name.c_str(), h.true_m, "unknown");
-      else if (h.lower_bound)
-        std::printf("%-16s %8.3f >= %7.4f (may be higher)\n", h.name.c_str(), h.true_m,
-                    h.measured_m);
       else
-        std::printf("%-16s %8.3f %10.4f %9.2f\n", h.name.c_str(), h.true_m, h.measured_m,
-                    h.error_percent());
+        std::printf("%-16s %8.3f %2s%8.4f %9.2f%s\n", h.name.c_str(), h.true_m,
+                    h.lower_bound ? ">=" : "", h.measured_m, h.error_percent(),
+                    h.lower_bound ? "  may be higher" : "");
     }
   }
   if (r.judged)
