@@ -232,8 +232,7 @@ Result<void> draw_heights(const std::string& png_path, const client::HeightGrid&
   }
   for (const ObstacleHeight& o : obstacles) {
     if (o.columns == 0) continue;
-    const std::string label =
-        o.name + (o.lower_bound ? " >= " : " ") + metres(o.measured_m, 3) + " m";
+    const std::string label = o.name + " " + metres(o.measured_m, 3) + " m";
     const cv::Size size = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, 0.46, 1, nullptr);
     const cv::Point at(std::clamp(to_x(o.x_m) - size.width / 2, kLeft, kLeft + width - size.width),
                        to_y(o.y_m) + 5);
