@@ -24,7 +24,9 @@
 #include "dds/observer.hpp"
 #include "dds/security.hpp"
 #include "dds/shared_memory.hpp"
+#include "service/datagrams_refused.hpp"
 #include "service/run_service.hpp"
+#include "service/service_name.hpp"
 
 namespace crane {
 namespace {
@@ -244,11 +246,13 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
     return {{Verdict::kBad, "joining", statuses.error().text(), statuses.error().todo}};
   // How late their words come: never early, and sometimes at once.
   std::map<std::uint32_t, double> least_late_s;
+  std::map<std::uint32_t, std::uint64_t> refused;  // datagrams, by service
   for (const Stopwatch watch; watch.ms() < seconds * 1000 && !stop_requested();) {
     while (const auto sample = statuses->take()) {
       const double late_s = double(SystemClock().now() - (*sample)->time_ns()) * 1e-9;
       const auto [it, first] = least_late_s.try_emplace((*sample)->pid(), late_s);
       if (!first) it->second = std::min(it->second, late_s);
+      refused[(*sample)->service()] = datagrams_refused(**sample);
     }
     std::this_thread::sleep_for(5ms);
   }
@@ -272,6 +276,13 @@ std::vector<Finding> examine_network(const SiteConfig& config, double seconds) {
                      "of process " + std::to_string(pid) + " differs from ours by " +
                          std::to_string(-late_s) + " s",
                      "synchronise both hosts"});
+  for (const auto& [service, count] : refused)
+    if (count > 0)
+      out.push_back({Verdict::kWarning, "datagrams",
+                     std::string(service_name(service)) + " refused " + std::to_string(count) +
+                         " since its start",
+                     "its log says why, and its /metrics: cranemap_datagrams_refused_total; "
+                     "somebody who sends them is on this network"});
   return out;
 }
 

@@ -10,7 +10,12 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
                                     const std::vector<TrueObstacle>& obstacles) {
   std::vector<ObstacleHeight> out;
   for (const TrueObstacle& o : obstacles) {
-    ObstacleHeight h{o.name, o.x_m, o.y_m, o.measured_height_m(), 0, o.level_radius_m(), 0};
+    ObstacleHeight h;
+    h.name = o.name;
+    h.x_m = o.x_m;
+    h.y_m = o.y_m;
+    h.true_m = o.measured_height_m();
+    h.level_m = o.level_radius_m();
     // What has a known end above measures; where hardly any has, what was seen has to do.
     std::vector<double> ends, heights;
     for (std::size_t i = 0; i < grid.cells.size(); ++i) {
@@ -21,7 +26,8 @@ std::vector<ObstacleHeight> measure(const client::HeightGrid& grid,
       heights.push_back(cell.height_m);
       if (!cell.lower_bound) ends.push_back(cell.height_m);
     }
-    if (10 * ends.size() >= heights.size()) heights = std::move(ends);
+    h.lower_bound = 10 * ends.size() < heights.size();
+    if (!h.lower_bound) heights = std::move(ends);
     h.columns = heights.size();
     if (!heights.empty()) {
       const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);

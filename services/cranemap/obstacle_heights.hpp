@@ -16,6 +16,9 @@ struct ObstacleHeight {
   double true_m = 0, measured_m = 0;  ///< measured: median of the inner 70 % of the footprint
   double level_m = 0;                 ///< radius over which the top is level; 0 = none is
   std::size_t columns = 0;            ///< map columns it was measured from; 0 = nothing mapped
+  /// The map says of hardly any of these columns that it ends there: all may be higher, as floor
+  /// is that is seen below a seat whose top no image shows.
+  bool lower_bound = false;
   [[nodiscard]] bool level() const { return level_m > 0; }
   [[nodiscard]] double error_percent() const {
     return 100 * (measured_m > true_m ? measured_m - true_m : true_m - measured_m) / true_m;

@@ -66,6 +66,7 @@ Result<void> write_json(const std::string& path, const RunReport& r) {
     j["heights"].push_back({{"name", h.name},
                             {"true_m", h.true_m},
                             {"measured_m", h.measured_m},
+                            {"lower_bound", h.lower_bound},
                             {"error_percent", h.columns > 0 ? h.error_percent() : 100},
                             {"columns", h.columns}});
   if (r.judged)
@@ -128,8 +129,9 @@ void print(const RunReport& r) {
       if (h.columns == 0)
         std::printf("%-16s %8.3f %10s\n", h.name.c_str(), h.true_m, "unknown");
       else
-        std::printf("%-16s %8.3f %10.4f %9.2f\n", h.name.c_str(), h.true_m, h.measured_m,
-                    h.error_percent());
+        std::printf("%-16s %8.3f %2s%8.4f %9.2f%s\n", h.name.c_str(), h.true_m,
+                    h.lower_bound ? ">=" : "", h.measured_m, h.error_percent(),
+                    h.lower_bound ? "  may be higher" : "");
     }
   }
   if (r.judged)

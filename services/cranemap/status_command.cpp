@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cinttypes>
 #include <cstdio>
+#include <map>
 #include <optional>
 #include <thread>
 
@@ -12,7 +13,9 @@
 #include "dds/endpoints.hpp"
 #include "output.hpp"
 #include "service/client_options.hpp"
+#include "service/datagrams_refused.hpp"
 #include "service/run_service.hpp"
+#include "service/service_name.hpp"
 #include "site_options.hpp"
 
 namespace crane {
@@ -46,23 +49,51 @@ void print(const client::Status& s, double lower_bounds) {
               s.frames_rejected, s.frames_missing, s.samples_refused, s.resyncs, lower_bounds);
 }
 
-/// What the mapper's watchdog measures, with standard deviations; as YAML. Who may not read that,
-/// by its permissions, is told so.
-void print_figures(const std::shared_ptr<dds::Participant>& participant) {
-  auto reader = dds::Reader<dds::ServiceStatusTopic>::create(participant, nullptr);
-  if (!reader) return log_warning("no figures: " + reader.error().text());
-  dds::Reader<dds::ServiceStatusTopic>& statuses = *reader;
-  v1::ServiceStatus mapper;
-  for (const Stopwatch watch; mapper.pid() == 0 && watch.ms() < 2500 && !stop_requested();) {
-    while (const auto sample = statuses.take())
-      if ((*sample)->service() == v1::SERVICE_MAPPER) mapper = **sample;
-    if (mapper.pid() == 0) std::this_thread::sleep_for(20ms);
+/// What the services last said of themselves.
+class Services {
+ public:
+  /// Who may not read that, by its permissions, is told so.
+  explicit Services(const std::shared_ptr<dds::Participant>& participant) {
+    auto reader = dds::Reader<dds::ServiceStatusTopic>::create(participant, nullptr);
+    if (reader)
+      reader_.emplace(std::move(*reader));
+    else
+      log_warning("neither figures nor refusals: " + reader.error().text());
   }
-  if (mapper.pid() == 0) return;
-  std::printf("figures:\n");
-  for (const v1::StatusFigure& f : mapper.figures())
-    std::printf("  %s: {value: %.6g, sigma: %.2g}\n", f.name().c_str(), f.value(), f.sigma());
-}
+
+  /// As YAML, of those that are heard: what the mapper's watchdog measures, with standard
+  /// deviations, and how many datagrams each service's guard has refused since its start.
+  void print() {
+    if (!reader_) return;
+    const Stopwatch watch;
+    for (take(); !said_.contains(v1::SERVICE_MAPPER) && watch.ms() < 2500; take()) {
+      if (stop_requested()) return;
+      std::this_thread::sleep_for(20ms);
+    }
+    if (const auto mapper = said_.find(v1::SERVICE_MAPPER); mapper != said_.end()) {
+      std::printf("figures:\n");
+      for (const v1::StatusFigure& f : mapper->second.figures())
+        std::printf("  %s: {value: %.6g, sigma: %.2g}\n", f.name().c_str(), f.value(), f.sigma());
+    }
+    std::uint64_t sum = 0;
+    std::string each;
+    for (const auto& [service, status] : said_) {
+      const std::uint64_t refused = datagrams_refused(status);
+      sum += refused;
+      each += std::string("  ") + service_name(service) + ": " + std::to_string(refused) + "\n";
+    }
+    std::printf("datagrams_refused: %" PRIu64 "\n", sum);
+    if (!each.empty()) std::printf("datagrams_refused_by:\n%s", each.c_str());
+  }
+
+ private:
+  void take() {
+    while (const auto sample = reader_->take()) said_[(*sample)->service()] = **sample;
+  }
+
+  std::optional<dds::Reader<dds::ServiceStatusTopic>> reader_;
+  std::map<std::uint32_t, v1::ServiceStatus> said_;  ///< by service
+};
 
 /// A line with its time for each change of the mapper that serves or of the map's validity.
 void follow(const client::Map& map, double seconds) {
@@ -109,6 +140,7 @@ int status(const Options& options) {
     follow(*map, options.wait_s);
     return kExitOk;
   }
+  Services services(*participant);  // hears while the map comes
   client::Status s = map->status();
   const auto good = [&] { return s.valid && s.complete && s.frames_integrated >= options.frames; };
   for (const Stopwatch watch; !good() && watch.ms() < options.wait_s * 1000 && !stop_requested();) {
@@ -116,7 +148,7 @@ int status(const Options& options) {
     s = map->status();
   }
   print(s, lower_bound_share(*map));
-  print_figures(*participant);
+  services.print();
   return good() ? kExitOk : kExitResource;
 }
 
@@ -128,7 +160,7 @@ Command add_status_command(CLI::App& app) {
       "status",
       "Joins, waits for a valid and complete map, prints its status as YAML; for scripts.\n"
       "Under figures: what the watchdog measures of calibration and positions, with standard "
-      "deviations.\n"
+      "deviations; under datagrams_refused: what the guard before Fast DDS refused, by service.\n"
       "Exit code 0: valid and complete; 3: not within --wait.");
   add_site_options(*command, options->site);
   command->add_option("--wait", options->wait_s, "Seconds to wait at most")

@@ -67,7 +67,7 @@ Refusal Guard::change_source(const Prefix& prefix, Message& m) {
   // Whatever it says keeps it alive. Else Fast DDS has forgotten its writers and begins anew.
   if (m.now - m.participant->heard > m.participant->lease) {
     forget_numbers(*m.participant, 0);
-    m.participant->lapsed = true;
+    m.participant->lapse();
   }
   m.participant->heard = m.now;
   return Refusal::kNone;

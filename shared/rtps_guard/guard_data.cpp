@@ -89,7 +89,7 @@ Refusal Guard::end(const Submessage& s, std::uint32_t writer, const Disposal& di
   } else if (announces_participants(writer)) {
     if (who == nullptr) return Refusal::kNone;
     forget_numbers(*who, 0);
-    who->lapsed = true;
+    who->lapse();
   } else if (announces_endpoints(writer) && who != nullptr) {
     forget_numbers(*who, disposal.entity);
     who->forget_endpoint(disposal.entity);

@@ -38,6 +38,11 @@ void Participant::forget_endpoints() {
   for (auto& [entity, writer] : writers) writer.announced = false;
 }
 
+void Participant::lapse() {
+  if (!lapsed) settled = heard - since >= kSettledAfter;
+  lapsed = true;
+}
+
 bool Newcomers::admit(const Origin& origin, Clock::time_point now) {
   if (origin.this_host) return this_host_.take(now);
   auto known = addresses_.find(origin.address);
@@ -65,7 +70,7 @@ Participant* Participants::announce(const Prefix& prefix, const Origin& origin,
                                     Clock::time_point now) {
   if (Participant* known = find(prefix, now)) {
     if (known->lapsed) {
-      if (!newcomers_.admit(origin, now)) return nullptr;
+      if (!(known->settled ? returning_ : newcomers_).admit(origin, now)) return nullptr;
       known->forget_endpoints();
       known->lapsed = false;
     }
@@ -80,13 +85,14 @@ Participant* Participants::announce(const Prefix& prefix, const Origin& origin,
     });
   if (all_.size() >= kMost || !newcomers_.admit(origin, now)) return nullptr;
   Participant& fresh = all_[prefix];
-  fresh.heard = now;
+  fresh.since = fresh.heard = now;
   return &fresh;
 }
 
 bool Participants::admit_endpoint(Participant& of, bool known, Clock::time_point now) {
   if (!known && of.readers.size() + of.writers.size() >= Participant::kEndpoints) return false;
-  return of.endpoints.left(now) >= 1 && endpoints_.take(now) && of.endpoints.take(now);
+  Allowance& of_all = of.settled ? returning_endpoints_ : endpoints_;
+  return of.endpoints.left(now) >= 1 && of_all.take(now) && of.endpoints.take(now);
 }
 
 }  // namespace crane::guard

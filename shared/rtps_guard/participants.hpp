@@ -24,10 +24,14 @@ struct Writer {
 struct Participant {
   static constexpr std::size_t kEndpoints = 256, kPairs = 256;
   static constexpr double kEndpointsPerSecond = 2;
+  /// Heard for so long without its lease ending: not one of a flood of newcomers.
+  static constexpr std::chrono::seconds kSettledAfter{30};
 
+  Clock::time_point since;        ///< admitted
   Clock::time_point heard;        ///< anything
   std::chrono::seconds lease{0};  ///< at most a minute
   bool lapsed = false;            ///< not heard for its lease: Fast DDS makes it anew
+  bool settled = false;           ///< when it lapsed
   std::vector<Ipv4> addresses;    ///< where it came from at first, and what it named then
   bool this_host = false;
   std::map<std::uint32_t, Writer> writers;
@@ -42,6 +46,8 @@ struct Participant {
   [[nodiscard]] bool has_announced(std::uint32_t entity) const;
   void forget_endpoint(std::uint32_t entity);
   void forget_endpoints();
+  /// Its lease has ended, or it is said to have: until it announces itself again.
+  void lapse();
 };
 
 /// Who may still become known: each costs Fast DDS memory and time. Who floods from another host
@@ -84,7 +90,11 @@ class Participants {
   std::map<Prefix, Participant> all_;
   std::uint64_t released_ = 0;
   Newcomers newcomers_;
+  /// Of those who were settled: a flood on a busy host, which lets leases end, does not keep out
+  /// who was there before it.
+  Newcomers returning_;
   Allowance endpoints_{kEndpointsAtOnce, kEndpointsPerSecond};
+  Allowance returning_endpoints_{kEndpointsAtOnce, kEndpointsPerSecond};
 };
 
 }  // namespace crane::guard

@@ -12,6 +12,7 @@
 
 #include "../rtps/capture.hpp"
 #include "../rtps/mutate.hpp"
+#include "../rtps/variants.hpp"
 #include "domain.hpp"
 #include "rtps_guard/guard.hpp"
 #include "temp_folder.hpp"
@@ -127,6 +128,11 @@ TEST(DatagramGuard, LetsThroughWhatRealPeersSendAndRefusesTheDatagramThatEndsThe
   for (const int kind : {0x06, 0x07, 0x09, 0x0E, 0x15, 0x16, 0x80})
     EXPECT_GT(kinds[kind], 0) << "submessage " << kind;
   for (const Datagram& d : deadly()) EXPECT_EQ(check(guard, d), Refusal::kStatistics);
+  Guard another;
+  for (const Captured& c : traffic) {
+    const Refusal refusal = check(another, test::big_endian(c.bytes), c.source);
+    ASSERT_EQ(refusal, Refusal::kNone) << "big-endian: " << text(refusal);
+  }
 }
 
 TEST(DatagramGuard, ReadsNothingBeyondTheEndWhateverIsCutOrFlipped) {
@@ -233,6 +239,8 @@ void live_through_mutations(std::uint32_t domain, const std::string& security, l
   ASSERT_GT(traffic.size(), 100U);
   const long before = victim.resident_mb();
   Attacker attacker(domain);
+  for (Datagram& d : test::variants(traffic, 4)) traffic.push_back(std::move(d));
+  for (std::size_t i = 0; i < traffic.size(); ++i) attacker.send(traffic[i]);
   Mutator mutator(traffic, 4);
   for (long i = 1; i <= count && (i % 1000 != 0 || victim.alive()); ++i) {
     attacker.send(mutator.next());

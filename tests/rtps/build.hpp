@@ -82,7 +82,8 @@ class Rtps {
                 list({parameter(0x5A, guid(prefix_, endpoint)), parameter(0x05, string(topic)),
                       parameter(0x07, string("crane::v1::" + type)),
                       parameter(0x1A, cat({u32(2), u32(0), u32(100'000'000)})),
-                      parameter(0x1D, u32(1)), parameter(0x29, cat({u32(1), string("crane_1")})),
+                      parameter(0x1D, u32(1)), parameter(0x1F, u32(type == "MapTile" ? 1 : 0)),
+                      parameter(0x29, cat({u32(1), string("crane_1")})),
                       parameter(0x70, guid(prefix_, endpoint))}));
   }
   /// The end of a participant or endpoint: 1 disposed, 2 unregistered, 3 both.

@@ -16,6 +16,7 @@
 
 #include "../rtps/capture.hpp"
 #include "../rtps/mutate.hpp"
+#include "../rtps/variants.hpp"
 #include "base/clock.hpp"
 #include "dds/endpoints.hpp"
 #include "service/health.hpp"
@@ -131,6 +132,7 @@ TEST(HostileNetwork, AllServicesLiveAreHealthyAndAnswerThroughMutatedTraffic) {
     if (c.bytes.size() < 3000 || ++alike[{c.bytes[20], c.bytes.size() / 1000}] <= 3)
       traffic.push_back(std::move(c.bytes));
   ASSERT_GT(traffic.size(), 200U);
+  for (Datagram& d : variants(traffic, 5)) traffic.push_back(std::move(d));
   const auto processes = crane.processes();
   ASSERT_EQ(crane.unhealthy(), "");
   const long before = crane.resident_mb();

@@ -280,6 +280,39 @@ TEST(Operability, ALogThatNobodyReadsStallsNothing) {
   close(filler);
 }
 
+TEST(Operability, StatusAndDoctorSayHowMuchTheGuardRefused) {
+  const TempFolder folder;
+  const std::string domain = next_domain();
+  std::ofstream(folder / "site.yaml") << "dds: {domain: " << domain << "}\n";
+  Process mapper(
+      {"cranemap-mapper", "--config", folder / "site.yaml", "--calibration", rig_recording()},
+      folder / "mapper.txt");
+  const auto status = [&] {
+    return run({"status", "--config", folder / "site.yaml", "--wait", "1"}, folder.path()).output;
+  };
+  ASSERT_TRUE(eventually(20s, [&] {
+    return status().find("datagrams_refused: 0\ndatagrams_refused_by:\n  mapper: 0\n") !=
+           std::string::npos;
+  })) << status();
+  const int out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  to.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * std::stoi(domain) + 10));
+  for (int i = 0; i < 3; ++i)
+    ASSERT_EQ(sendto(out, "no RTPS", 7, 0, reinterpret_cast<sockaddr*>(&to), sizeof to), 7);
+  close(out);
+  EXPECT_TRUE(eventually(10s, [&] {
+    return status().find("datagrams_refused: 3\ndatagrams_refused_by:\n  mapper: 3\n") !=
+           std::string::npos;
+  })) << status();
+  const Finished doctor =
+      run({"doctor", "--config", folder / "site.yaml", "--seconds", "3"}, folder.path());
+  EXPECT_EQ(doctor.code, 0) << "a warning";
+  EXPECT_NE(doctor.output.find("mapper refused 3 since its start"), std::string::npos)
+      << doctor.output;
+}
+
 TEST(Operability, TheDoctorNamesWhatIsWrong) {
   const TempFolder folder;
   std::ofstream(folder / "site.yaml")

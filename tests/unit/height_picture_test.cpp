@@ -75,8 +75,10 @@ TEST(ObstacleHeights, AreNotMadeOfLowerBoundsWhereAnythingElseIsKnown) {
     c.height_m = c.lower_bound ? 0.1 : 0.5;
   }
   EXPECT_NEAR(measure(g, {box})[0].measured_m, 0.5, 1e-9);
+  EXPECT_FALSE(measure(g, {box})[0].lower_bound);
   for (std::size_t i = 0; i < g.cells.size(); ++i) g.cells[i].lower_bound = g.x_m(i) < 3;
   EXPECT_GT(measure(g, {box})[0].columns, 0U) << "where nothing else is, what was seen has to do";
+  EXPECT_TRUE(measure(g, {box})[0].lower_bound) << "and it is said";
   for (client::Height& c : g.cells) c.lower_bound = true;  // a map that knows no free space
   EXPECT_GT(measure(g, {box})[0].columns, 0U);
 }

@@ -603,6 +603,32 @@ TEST(RtpsGuard, LetsNewParticipantsThroughOnlySoManyAtOnceAndKnownOnesAlways) {
   EXPECT_EQ(passed, std::uint32_t(10 * Newcomers::kPerSecond));
 }
 
+TEST(RtpsGuard, WhoWasThereBeforeAFloodComesBackAmidItWithItsEndpoints) {
+  const auto flood = [](Watch& watch, std::uint32_t first) {
+    for (std::uint32_t who = first; who < first + 1000; ++who) {
+      Rtps::Prefix prefix{9};
+      for (unsigned i = 0; i < 4; ++i) prefix[i + 1] = static_cast<std::uint8_t>(who >> (8 * i));
+      if (watch(Rtps(prefix).announce(1)) != Refusal::kNone) continue;
+      for (std::uint32_t n = 1; n <= 20; ++n)
+        (void)watch(
+            Rtps(prefix).announce_endpoint(Rtps::kSubscriptions, n, n << 8U | 7U, "t", "T"));
+    }
+  };
+  const auto came_back = [&flood](std::chrono::seconds was_there) {
+    Watch watch;
+    for (auto s = 0s; s <= was_there; s += 1s, watch.now += 1s)
+      EXPECT_EQ(watch(Rtps().announce(5)), Refusal::kNone);
+    flood(watch, 0);
+    watch.now += 10s;  // the host is busy with them, and its lease ends
+    flood(watch, 5000);
+    return watch(Rtps().announce(5)) == Refusal::kNone &&
+           watch(Rtps().announce_endpoint(Rtps::kPublications, 1, kWriter, "t", "T")) ==
+               Refusal::kNone;
+  };
+  EXPECT_TRUE(came_back(60s));
+  EXPECT_FALSE(came_back(5s)) << "nobody told it from the flood yet";
+}
+
 TEST(RtpsGuard, AFloodAtOneAddressKeepsNobodyOutAtAnother) {
   Watch watch;
   const auto passed = [&watch](std::uint8_t flood, Ipv4 source, const std::string& address) {
