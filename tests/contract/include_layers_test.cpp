@@ -53,7 +53,7 @@ const std::map<std::string, Layer> kLayers = {
     {"shared/motion", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/mapping", {{"base", "geometry", "cloud"}, {"eigen", "hwy"}}},
     {"shared/watchdog", {{"base", "geometry", "cloud", "motion"}, {"eigen"}}},
-    {"shared/map_codec", {{"base", "mapping"}, {"zstd", "octomap"}}},
+    {"shared/map_codec", {{"base", "cloud", "mapping"}, {"zstd", "octomap"}}},
     {"shared/mapping_pipeline",
      {{"base", "geometry", "config", "cloud", "motion", "mapping", "watchdog", "map_codec"},
       {"eigen"}}},
@@ -71,7 +71,8 @@ const std::map<std::string, Layer> kLayers = {
      {{"base",        "geometry", "config",   "imaging",   "recording",
        "calibration", "sensors",  "sim",      "stereo",    "cloud",
        "motion",      "mapping",  "watchdog", "map_codec", "mapping_pipeline",
-       "dds",         "map_sync", "service",  "client",    "evaluation"},
+       "dds",         "map_sync", "service",  "client",    "evaluation",
+       "http"},
       {"cli", "json", "opencv"}}},
 };
 
