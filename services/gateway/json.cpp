@@ -21,10 +21,6 @@ std::string hex(std::uint64_t v) {
   return text;
 }
 
-std::int64_t ms(TimeNs t) {
-  return t / 1'000'000;
-}
-
 double age_s(TimeNs now, TimeNs then) {
   return std::max(0.0, double(now - then) * 1e-9);
 }
