@@ -84,6 +84,7 @@ try {
   await shoot("operator-light");
 
   await step("a path drawn over the map gets the client library's answer", async () => {
+    const verdicts = new Set();
     const from = await pixelOf(page, 1.45, 1.8);
     const to = await pixelOf(page, 1.95, 1.8);
     await page.fill("[name=z_m]", "0.3");
@@ -92,7 +93,7 @@ try {
     await page.fill("[name=size_z_m]", "0.2");
     await page.fill("[name=margin_m]", "0.1");
     await page.fill("[name=above_m]", "0.2");
-    for (const z of [0.3, 0.05]) {
+    for (const z of [0.6, 0.3, 0.05]) {
       await page.fill("[name=z_m]", String(z));
       await page.click("#draw");
       await page.mouse.move(from.x, from.y);
@@ -111,11 +112,14 @@ try {
         "--margin", String(q.margins.horizontal_m), String(q.margins.vertical_m),
       );
       assert.equal({ clear: 0, blocked: 1 }[a.verdict], said.code, said.text + JSON.stringify(a));
+      console.log(`    at ${z} m ${a.verdict}, ${a.text}`);
       await eventually("the statement says it", async () => (await verdict(page)) === a.verdict, 10);
       if (a.safe_height_m !== null)
         assert.match(await page.textContent("#statement"), new RegExp(`${a.safe_height_m.toFixed(2)} m`));
+      verdicts.add(a.verdict);
       await shoot(`operator-path-${a.verdict}`);
     }
+    assert.equal(verdicts.size, 2, "one of the heights is clear, one is not");
     assert.equal(await verdict(page), "blocked", "5 cm above the floor, with a margin of 10 cm");
   });
 
@@ -161,6 +165,23 @@ try {
     await page.goto(`${url}/?theme=light&lang=en`);
   });
 
+  await step("the integrator's view shows surface and voxels, and reads what is below the cursor", async () => {
+    for (const theme of ["dark", "light"]) {
+      await page.goto(`${url}/integrator.html?theme=${theme}&lang=en`);
+      await page.locator("#latencies td").first().waitFor();
+      await sleep(1500);
+      const box = await page.locator("#scene").boundingBox();
+      await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+      await eventually("a height", async () => /\d m/.test(await page.textContent("#cursor")), 30);
+      await shoot(`integrator-${theme}`);
+    }
+    await page.uncheck("#surface");
+    await page.check("#voxels");
+    await eventually("voxels", async () => /^[1-9]\d* voxels/.test((await page.textContent("#voxels-said")).replace(/,/g, "")), 30);
+    await shoot("integrator-voxels");
+    await page.goto(`${url}/?theme=light&lang=en`);
+  });
+
   await step("downloads are whole, and OctoMap reads its own", async () => {
     await eventually("a complete map", async () => {
       for (const kind of ["bt", "ot", "pcd", "ply"]) {
@@ -191,8 +212,14 @@ try {
     await page.locator("#alarms .known").first().waitFor();
     await page.reload();
     await page.locator("#alarms .known").first().waitFor();
-    // The map rests: what is clicked is what a client holds.
-    for (const [x, y] of [[1.2, 0.9], [0.75, 0.55], [1.7, 1.8], [2.0, 1.2]]) {
+    // Once the map rests what is clicked is what a client holds.
+    const resting = { revision: -1, since: 0 };
+    await eventually("no more changes", async () => {
+      const { revision } = (await crane.status(url)).map;
+      if (revision !== resting.revision) Object.assign(resting, { revision, since: Date.now() });
+      return Date.now() - resting.since > 2000;
+    });
+    for (const [x, y] of [[1.225, 0.925], [0.775, 0.575], [1.725, 1.825], [2.025, 1.225], [5.025, 5.025]]) {
       const at = await pixelOf(page, x, y);
       await page.mouse.click(at.x, at.y);
       await sleep(500);

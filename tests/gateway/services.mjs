@@ -10,8 +10,8 @@ const SITE = (domain) => `dds: {domain: ${domain}}
 http: {port: 0}
 gateway: {port: 0}
 zones:
-  - {id: 1, name: press, kind: no_go, active: true, z_min_m: 0, z_max_m: 3, corners: [[2.2, 0.2], [2.7, 0.2], [2.7, 0.8], [2.2, 0.8]]}
-  - {id: 2, name: gate, kind: slow_down, active: true, switchable: true, z_min_m: 0, z_max_m: 3, corners: [[0.2, 1.6], [0.8, 1.6], [0.8, 2.1], [0.2, 2.1]]}
+  - {id: 1, name: press, kind: no-go, active: true, z_min_m: 0, z_max_m: 3, corners: [{x: 2.2, y: 0.2}, {x: 2.7, y: 0.2}, {x: 2.7, y: 0.8}, {x: 2.2, y: 0.8}]}
+  - {id: 2, name: gate, kind: slow-down, active: true, switchable: true, z_min_m: 0, z_max_m: 3, corners: [{x: 0.2, y: 1.6}, {x: 0.8, y: 1.6}, {x: 0.8, y: 2.1}, {x: 0.2, y: 2.1}]}
 `;
 
 export async function eventually(what, condition, limit_s = 60) {
@@ -50,8 +50,9 @@ export class Crane {
   startAll() {
     this.start("mapper", "--calibration", this.recording);
     this.start("stereo", "--calibration", this.recording);
+    const start = `${Date.now() + 2000}000000`; // in step, as if it were now
     for (const player of ["rangefinder", "camera"])
-      this.start(player, this.recording, "--rate", "real", "--loop", "--stream", "7");
+      this.start(player, this.recording, "--loop", "--stream", "7", "--start-at", start, "--stamps", "now");
     this.start("gateway", "--calibration", this.recording);
   }
   signal(name, signal) {
@@ -79,6 +80,8 @@ export class Crane {
   async url() {
     const { log } = this.processes.get("gateway");
     return eventually("the gateway serves", () => {
+      for (const [name, { child }] of this.processes)
+        if (child.exitCode !== null) throw new Error(`cranemap-${name} ended: see ${this.folder}/${name}.log`);
       const said = readFileSync(log, "utf8").match(/page and API: (http:\/\/[^\s]+)\//);
       return said && said[1];
     });

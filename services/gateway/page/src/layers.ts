@@ -27,6 +27,8 @@ export class Layers {
   high = { x: -1, y: -1 };
   top_m = 0.5; // of the scale of greys
   leftOut = 0;
+  /** Of the columns that were ever seen, in columns; empty: from > to. */
+  seen = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
   private readonly pixels = new ImageData(EDGE, EDGE);
 
   constructor(private readonly dark: boolean) {}
@@ -41,6 +43,7 @@ export class Layers {
     this.high = { x: -1, y: -1 };
     this.top_m = 0.5;
     this.leftOut = 0;
+    this.seen = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
     this.add([...store.tiles.values()], store);
   }
 
@@ -81,8 +84,21 @@ export class Layers {
     return true;
   }
 
+  private note(tile: Tile): void {
+    for (let i = 0; i < EDGE * EDGE; i++) {
+      if (tile.flags[i] === 0) continue;
+      const x = tile.x * EDGE + (i % EDGE);
+      const y = tile.y * EDGE + Math.floor(i / EDGE);
+      this.seen.x0 = Math.min(this.seen.x0, x);
+      this.seen.y0 = Math.min(this.seen.y0, y);
+      this.seen.x1 = Math.max(this.seen.x1, x + 1);
+      this.seen.y1 = Math.max(this.seen.y1, y + 1);
+    }
+  }
+
   private draw(tile: Tile): void {
     if (tile.x < this.low.x || tile.x > this.high.x || tile.y < this.low.y || tile.y > this.high.y) return;
+    this.note(tile);
     const put = (
       to: CanvasRenderingContext2D,
       pixel: (i: number, flags: number) => number | null, // grey; null: transparent

@@ -40,7 +40,6 @@ let path: Point[] = []; // being drawn, or drawn
 let drawing = false; // the finger is down
 let answered: Answered | null = null;
 let column: Point | null = linkedColumn();
-let fitted = false;
 let dirty = true;
 
 // ---------------------------------------------------------------- what is told
@@ -59,7 +58,7 @@ const stream = new Stream({
     if (store.put(message)) picture.layers.rebuild(store);
     picture.layers.add(message.tiles, store);
     drawLegend(byId("legend"), picture.layers);
-    if (!fitted && state) fit();
+    if (!touched) fit();
     dirty = true;
   },
 });
@@ -105,14 +104,22 @@ async function ask(): Promise<void> {
   }
 }
 
-async function readColumn(p: Point): Promise<void> {
-  column = p;
-  linkColumn(p.x, p.y);
+/** To the millimetre, as the link says it. */
+function choose(p: Point): void {
+  column = { x: Math.round(1000 * p.x) / 1000, y: Math.round(1000 * p.y) / 1000 };
+  linkColumn(column.x, column.y);
+  void readColumn();
+}
+
+async function readColumn(): Promise<void> {
+  const asked = column;
+  if (!asked) return;
   dirty = true;
   try {
-    showColumn(await askHeight(p.x, p.y));
+    const height = await askHeight(asked.x, asked.y);
+    if (asked === column) showColumn(height);
   } catch {
-    replace(byId("column"), make("p", "", texts.no_answer));
+    if (asked === column) replace(byId("column"), make("p", "", texts.no_answer));
   }
 }
 
@@ -154,8 +161,7 @@ function refresh(): void {
 function draw(): void {
   requestAnimationFrame(draw);
   if (picture.resize()) {
-    if (!touched) fitted = false;
-    if (!fitted && state) fit();
+    if (!touched) fit();
     dirty = true;
   }
   if (!dirty) return;
@@ -167,6 +173,7 @@ function draw(): void {
   picture.draw({
     state: stream.lost() ? state && { ...state, position: null, footprint: [] } : state,
     path,
+    swept_m: Math.hypot(size[0], size[1]) + 2 * load.query([]).margins.horizontal_m,
     answer: fresh && state?.map.valid ? answered!.answer : null,
     load: at && !stream.lost() ? { ...at, size_x_m: size[0], size_y_m: size[1], yaw_rad } : null,
     column,
@@ -177,7 +184,6 @@ let touched = false; // the user chose what is to be seen
 function fit(): void {
   if (!state || picture.layers.empty) return;
   picture.fit(state.map.voxel_m);
-  fitted = true;
   dirty = true;
 }
 
@@ -204,8 +210,9 @@ const gestures = new Gestures(picture.canvas, picture.view, {
     touched = true;
     dirty = true;
   },
-  tapped: (p) => void readColumn(p),
+  tapped: choose,
   drawn(points, done) {
+    touched = true; // nothing moves below the finger
     drawing = !done;
     path = done ? simplified(points) : points;
     dirty = true;
@@ -233,10 +240,12 @@ addEventListener("keydown", (event) => {
 
 setDrawing(false);
 replace(byId("column"), make("p", "hint", texts.column_hint));
-if (column) void readColumn(column);
+void readColumn();
 refresh();
 draw();
 setInterval(refresh, 250);
 setInterval(() => {
-  if (!document.hidden) void ask();
+  if (document.hidden) return;
+  void ask();
+  void readColumn();
 }, ASK_EVERY_MS);

@@ -57,6 +57,7 @@ const ZONE_LINES = lines(16, null, INK, 1.6, false);
 export interface Overlay {
   state: State | null;
   path: Point[]; // as drawn
+  swept_m: number; // width of what load and margins may sweep, however it is turned
   answer: Clearance | null;
   load: { x: number; y: number; size_x_m: number; size_y_m: number; yaw_rad: number } | null;
   column: Point | null;
@@ -84,11 +85,11 @@ export class Picture {
     return true;
   }
 
+  /** All that was ever seen. */
   fit(voxel_m: number): void {
-    if (this.layers.empty || voxel_m <= 0) return;
-    const tile = EDGE * voxel_m;
-    const { low, high } = this.layers;
-    this.view.fit({ x: low.x * tile, y: low.y * tile }, { x: (high.x + 1) * tile, y: (high.y + 1) * tile });
+    const { x0, y0, x1, y1 } = this.layers.seen;
+    if (x1 <= x0 || voxel_m <= 0) return;
+    this.view.fit({ x: x0 * voxel_m, y: y0 * voxel_m }, { x: x1 * voxel_m, y: y1 * voxel_m });
   }
 
   draw(o: Overlay): void {
@@ -229,6 +230,11 @@ export class Picture {
   }
 
   private drawPath(o: Overlay): void {
+    this.trace(o.path, false);
+    this.context.lineCap = this.context.lineJoin = "round";
+    this.context.lineWidth = o.swept_m * this.view.scale;
+    this.context.strokeStyle = dark ? "rgba(255,255,255,0.22)" : "rgba(0,0,0,0.16)";
+    this.context.stroke();
     this.trace(o.path, false);
     this.stroke(4, INK, o.answer?.verdict === "clear" ? [] : [9, 9]);
     const start = this.view.toPixels(o.path[0]!);

@@ -63,13 +63,14 @@ const one = number(1);
 const none = number(0);
 
 export function metres(v: number): string {
-  return `${two.format(v)} m`;
+  return `${two.format(Math.abs(v) < 0.005 ? 0 : v)} m`;
 }
 export function seconds(s: number): string {
   if (s < 9.95) return `${one.format(Math.max(0, s))} s`;
   if (s < 120) return `${none.format(s)} s`;
   if (s < 7200) return `${none.format(s / 60)} min`;
-  return `${one.format(s / 3600)} h`;
+  if (s < 48 * 3600) return `${one.format(s / 3600)} h`;
+  return `${none.format(s / 86400)} d`;
 }
 export function percent(share: number): string {
   return `${one.format(100 * share)} %`;

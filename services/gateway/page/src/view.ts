@@ -26,7 +26,7 @@ export class View {
   }
   fit(low: Point, high: Point): void {
     this.middle = { x: (low.x + high.x) / 2, y: (low.y + high.y) / 2 };
-    const border = 0.92;
+    const border = 0.8; // tools and legend lie over the rest
     const scale = border * Math.min(this.width / (high.x - low.x), this.height / (high.y - low.y));
     this.scale = Math.min(1000, Math.max(2, scale));
   }
