@@ -44,7 +44,6 @@ const store = new TileStore();
 const surface = new HeightSurface(store);
 const voxels = new Voxels();
 let state: State | null = null;
-let fitted = false;
 
 function open(): View3d | null {
   try {
@@ -69,21 +68,24 @@ const stream = new Stream({
   tiles(message) {
     if (store.put(message)) surface.clear();
     surface.changed(message.tiles);
-    if (!fitted) fit();
+    if (view && !view.touched) fit();
   },
 });
 
+/** All that was ever seen. */
 function fit(): void {
   const voxel = state?.map.voxel_m ?? 0;
-  if (!view || store.tiles.size === 0 || voxel === 0) return;
   const low = new Vector2(Infinity, Infinity);
   const high = new Vector2(-Infinity, -Infinity);
-  for (const tile of store.tiles.values()) {
-    low.min(new Vector2(tile.x, tile.y));
-    high.max(new Vector2(tile.x + 1, tile.y + 1));
-  }
-  view.fit(low.multiplyScalar(EDGE * voxel), high.multiplyScalar(EDGE * voxel));
-  fitted = true;
+  for (const tile of store.tiles.values())
+    tile.flags.forEach((flags, i) => {
+      if (flags === 0) return;
+      const at = new Vector2(tile.x * EDGE + (i % EDGE), tile.y * EDGE + Math.floor(i / EDGE));
+      low.min(at);
+      high.max(at);
+    });
+  if (!view || voxel === 0 || high.x < low.x) return;
+  view.fit(low.multiplyScalar(voxel), high.multiplyScalar(voxel));
 }
 
 // ---------------------------------------------------------------- figures
@@ -178,7 +180,10 @@ byId<HTMLInputElement>("voxels").onchange = async (e) => {
   }
   if (view) view.dirty = true;
 };
-byId("reset").onclick = fit;
+byId("reset").onclick = () => {
+  if (view) view.touched = false;
+  fit();
+};
 
 function draw(): void {
   requestAnimationFrame(draw);

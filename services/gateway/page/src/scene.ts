@@ -27,6 +27,7 @@ export class View3d {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(45, 1, 0.05, 500);
   dirty = true;
+  touched = false; // the user chose what is to be seen
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private readonly crane = new Group();
@@ -38,6 +39,7 @@ export class View3d {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => (this.dirty = true));
+    this.controls.addEventListener("start", () => (this.touched = true));
     this.scene.add(new AmbientLight("#ffffff", 1.6));
     const sun = new DirectionalLight("#ffffff", 1.8);
     sun.position.set(-3, -5, 9);
@@ -48,7 +50,7 @@ export class View3d {
     const middle = low.clone().add(high).multiplyScalar(0.5);
     const size = Math.max(1, high.distanceTo(low));
     this.controls.target.set(middle.x, middle.y, 0);
-    this.camera.position.set(middle.x, middle.y - 0.75 * size, 0.8 * size);
+    this.camera.position.set(middle.x, middle.y - 0.62 * size, 0.72 * size);
     this.controls.update();
     const old = this.scene.getObjectByName("metres");
     if (old) this.scene.remove(old);
