@@ -10,7 +10,7 @@ const SITE = (domain) => `dds: {domain: ${domain}}
 http: {port: 0}
 gateway: {port: 0}
 zones:
-  - {id: 1, name: press, kind: no-go, active: true, z_min_m: 0, z_max_m: 3, corners: [{x: 2.2, y: 0.2}, {x: 2.7, y: 0.2}, {x: 2.7, y: 0.8}, {x: 2.2, y: 0.8}]}
+  - {id: 1, name: press, kind: no-go, active: true, z_min_m: 0, z_max_m: 3, corners: [{x: 2.2, y: 0.4}, {x: 2.7, y: 0.4}, {x: 2.7, y: 0.9}, {x: 2.2, y: 0.9}]}
   - {id: 2, name: gate, kind: slow-down, active: true, switchable: true, z_min_m: 0, z_max_m: 3, corners: [{x: 0.2, y: 1.6}, {x: 0.8, y: 1.6}, {x: 0.8, y: 2.1}, {x: 0.2, y: 2.1}]}
 `;
 

@@ -17,7 +17,9 @@ import { Stream } from "./stream";
 import { TileStore } from "./tiles";
 import type { Point } from "./view";
 
-const ASK_EVERY_MS = 1000;
+/** Again so often; what has not changed is asked again more rarely. */
+const ASK_EVERY_MS = 500;
+const SAME_AGAIN_MS = 1000;
 
 applySettings();
 byId("advisory").textContent = texts.advisory;
@@ -33,12 +35,13 @@ const picture = new Picture(byId<HTMLCanvasElement>("picture"));
 const store = new TileStore();
 const alarms = new Alarms(byId("alarms"));
 const health = new Health(byId("health"));
-const load = new LoadForm(byId("load"), () => void ask());
+const load = new LoadForm(byId("load"), askAnew);
 let state: State | null = null;
 let wholeAt = -Infinity;
 let path: Point[] = []; // being drawn, or drawn
 let drawing = false; // the finger is down
 let answered: Answered | null = null;
+let number = 0; // of the question
 let column: Point | null = linkedColumn();
 let dirty = true;
 
@@ -75,10 +78,21 @@ function hangsAt(): Point | null {
 
 function question(): Asked | null {
   if (path.length > 1 && !drawing)
-    return { kind: "path", query: load.query(path), length_m: lengthOf(path) };
+    return { kind: "path", query: load.query(path), length_m: lengthOf(path), number };
   const at = hangsAt();
   if (!at) return null;
-  return { kind: load.now().told ? "load" : "entered", query: load.query([at]), length_m: 0 };
+  return { kind: load.now().told ? "load" : "entered", query: load.query([at]), length_m: 0, number };
+}
+
+/** What was answered before is no answer to this. */
+function askAnew(): void {
+  number++;
+  void ask();
+}
+
+function holdsStill(asked: Asked): boolean {
+  if (!answered || performance.now() - answered.at_ms > SAME_AGAIN_MS) return false;
+  return JSON.stringify(asked) === JSON.stringify(answered.asked);
 }
 
 let asking = false;
@@ -89,7 +103,7 @@ async function ask(): Promise<void> {
     again = true;
     return;
   }
-  if (!asked || stream.lost()) return refresh();
+  if (!asked || stream.lost() || holdsStill(asked)) return refresh();
   asking = true;
   try {
     answered = { asked, answer: await askClearance(asked.query), at_ms: performance.now() };
@@ -169,7 +183,7 @@ function draw(): void {
   const asked = question();
   const at = hangsAt();
   const { size, yaw_rad } = load.now();
-  const fresh = answered !== null && asked?.kind === answered.asked.kind && !stream.lost();
+  const fresh = answered !== null && asked?.number === answered.asked.number && !stream.lost();
   picture.draw({
     state: stream.lost() ? state && { ...state, position: null, footprint: [] } : state,
     path,
@@ -200,9 +214,8 @@ function setDrawing(on: boolean): void {
 function clearPath(): void {
   path = [];
   drawing = false;
-  answered = null;
   setDrawing(false);
-  void ask();
+  askAnew();
 }
 
 const gestures = new Gestures(picture.canvas, picture.view, {
@@ -217,9 +230,8 @@ const gestures = new Gestures(picture.canvas, picture.view, {
     path = done ? simplified(points) : points;
     dirty = true;
     if (!done) return;
-    answered = null;
     setDrawing(false);
-    void ask();
+    askAnew();
   },
 });
 

@@ -15,6 +15,7 @@ export interface Asked {
   kind: "path" | "load" | "entered";
   query: Query;
   length_m: number;
+  number: number; // another path or load: another number
 }
 
 export interface Answered {
@@ -44,7 +45,8 @@ export function verdictNow(
   if (!state.map.valid) return { verdict: "invalid", why: whyMapInvalid(state.map) };
   if (now_ms - whole_at_ms > INCOMPLETE_MS) return { verdict: "invalid", why: texts.incomplete };
   if (!asked) return { verdict: "idle", why: texts.idle_text };
-  if (!answered || answered.asked.kind !== asked.kind) return { verdict: "invalid", why: texts.waiting };
+  if (!answered || answered.asked.kind !== asked.kind || answered.asked.number !== asked.number)
+    return { verdict: "invalid", why: texts.waiting };
   if (now_ms - answered.at_ms > ANSWER_LIVES_MS) return { verdict: "invalid", why: texts.no_answer };
   const reason = texts.reasons[answered.answer.reason] ?? answered.answer.text;
   const named = state.zones.find((zone) => zone.id === answered.answer.zone)?.name;
