@@ -253,7 +253,7 @@ export class Picture {
     c.moveTo(at.x + r, at.y - r);
     c.lineTo(at.x - r, at.y + r);
     this.stroke(4, AMBER);
-    this.label(`${texts.block_here}, ${metres(block.z_m)}`, { x: at.x, y: at.y - r - 16 }, 14, AMBER);
+    this.label(`${texts.block_here}, ${metres(block.z_m)}`, { x: at.x, y: at.y + r + 18 }, 14, AMBER);
   }
 
   private drawColumn(p: Point): void {
