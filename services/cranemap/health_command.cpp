@@ -21,7 +21,7 @@ int health(const SiteOptions& options) {
   }
   int heard = 0;
   bool well = true;
-  for (std::uint32_t service = v1::SERVICE_CAMERA; service <= v1::SERVICE_DISCOVERY; ++service) {
+  for (std::uint32_t service = v1::SERVICE_CAMERA; service <= dds::kLastService; ++service) {
     const auto answer = ask_health(site->http.address, site->http.port + static_cast<int>(service));
     if (!answer && answer.error().code == ErrorCode::kNotAvailable) continue;
     ++heard;

@@ -8,7 +8,8 @@
 
 #include "cloud/pcl_filters.hpp"
 #include "config/yaml_text.hpp"
-#include "map_codec/octomap_file.hpp"
+#include "geometry/footprint.hpp"
+#include "map_codec/octomap_points.hpp"
 #include "obstacle_heights.hpp"
 #include "recording/time_check.hpp"
 #include "recording/truth.hpp"
@@ -27,27 +28,17 @@ std::string duration_text(double seconds) {
   return text;
 }
 
-/// Middles of the occupied voxels, coloured by height as the picture is.
+/// Occupied voxels, coloured by height as the picture is.
 PointCloud points_of(const OctomapFile& map) {
   double low = 0, high = 0.1;
   for (const MapCube& c : map.occupied) {
     low = std::min(low, c.z_m);
     high = std::max(high, c.z_m);
   }
-  PointCloud out;
-  for (const MapCube& c : map.occupied) {
-    const int n = std::max(1, int(std::lround(c.size_m / map.voxel_m)));
-    const auto at = [&](double middle, int i) {
-      return float(middle + (i + 0.5) * map.voxel_m - c.size_m / 2);
-    };
-    for (int x = 0; x < n; ++x)
-      for (int y = 0; y < n; ++y)
-        for (int z = 0; z < n; ++z) {
-          Point p{at(c.x_m, x), at(c.y_m, y), at(c.z_m, z)};
-          const auto colour = height_colour((double(p.z) - low) / (high - low));
-          p.r = colour[0], p.g = colour[1], p.b = colour[2];
-          out.push_back(p);
-        }
+  PointCloud out = occupied_points(map);
+  for (Point& p : out) {
+    const auto colour = height_colour((double(p.z) - low) / (high - low));
+    p.r = colour[0], p.g = colour[1], p.b = colour[2];
   }
   return out;
 }
@@ -56,7 +47,9 @@ LiveOverlay overlay_of(const MapSnapshot& s) {
   LiveOverlay live;
   live.now = s.taken;
   live.crane = s.position;
-  if (s.position && s.rig) live.footprint = footprint(*s.rig, *s.position);
+  if (s.position && s.rig)
+    for (const Eigen::Vector2d& p : footprint(*s.rig, {s.position->x_m, s.position->y_m}))
+      live.footprint.push_back({p.x(), p.y()});
   if (!s.status.complete)
     live.warning = "NOT COMPLETE: parts of the map had not arrived";
   else if (!s.status.valid)
@@ -122,22 +115,6 @@ SurfaceAges ages_of(const client::HeightGrid& grid, TimeNs now) {
   out.newest_s = ages.front();
   out.median_s = ages[ages.size() / 2];
   out.oldest_s = ages.back();
-  return out;
-}
-
-std::vector<LiveOverlay::Point> footprint(const StereoRig& rig, const LiveOverlay::Point& gantry) {
-  std::vector<LiveOverlay::Point> out;
-  const CameraModel& c = rig.left;
-  const Eigen::Vector3d eye =
-      rig.T_map_camera_at_zero.translation() + Eigen::Vector3d(gantry.x_m, gantry.y_m, 0);
-  for (const auto& [u, v] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}) {
-    const Eigen::Vector3d ray((u * c.width - c.cx_px) / c.fx_px, (v * c.height - c.cy_px) / c.fy_px,
-                              1);
-    const Eigen::Vector3d way = rig.T_map_camera_at_zero.linear() * ray;
-    if (way.z() > -1e-3) return {};
-    const Eigen::Vector3d floor = eye + way * (eye.z() / -way.z());
-    out.push_back({floor.x(), floor.y()});
-  }
   return out;
 }
 

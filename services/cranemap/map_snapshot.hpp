@@ -31,10 +31,6 @@ struct SurfaceAges {
 };
 SurfaceAges ages_of(const client::HeightGrid& grid, TimeNs now);
 
-/// The four corners of the left image on the floor z = 0, lens distortion aside; empty where the
-/// camera sees beyond the horizon.
-std::vector<LiveOverlay::Point> footprint(const StereoRig& rig, const LiveOverlay::Point& gantry);
-
 /// Of `map.bt` in `folder`: map.ot, map.pcd, map.ply; of the snapshot: height_map.png,
 /// map_view.png, map_ages.png, snapshot.yaml. Error: Resource; NotAvailable for an empty map.
 Result<void> write_snapshot(const MapSnapshot& snapshot, const std::string& folder);

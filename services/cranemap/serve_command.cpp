@@ -93,6 +93,10 @@ Result<std::vector<std::string>> arguments(const Options& o, const std::string& 
     if (calibration.empty()) return missing("--calibration");
     add({"--calibration", calibration});
   }
+  if (service == "gateway") {
+    const std::string& calibration = o.calibration.empty() ? o.recording : o.calibration;
+    if (!calibration.empty()) add({"--calibration", calibration});
+  }
   if (service == "mapper" && !o.state.empty()) add({"--state", o.state});
   if (service == "mapper" && o.standby) add({"--standby"});
   // Without a recording both are live; the rangefinder says itself what its configuration misses.
@@ -164,12 +168,14 @@ Command add_serve_command(CLI::App& app) {
       "serve",
       "Runs services of a crane on this host and starts again what ends; logs go to stderr.\n"
       "Example: cranemap serve --config site.yaml --calibration calib --state state mapper stereo\n"
-      "         cranemap serve --site DIR");
+      "         cranemap serve --site DIR\n"
+      "         cranemap serve --recording tests/data/rig camera rangefinder stereo mapper "
+      "gateway");
   command
       ->add_option("SERVICES", o.services,
                    "Which of them; default: camera rangefinder stereo mapper clearance")
-      ->check(CLI::IsMember(
-          {"camera", "rangefinder", "stereo", "mapper", "clearance", "ros2-mirror", "discovery"}));
+      ->check(CLI::IsMember({"camera", "rangefinder", "stereo", "mapper", "clearance",
+                             "ros2-mirror", "discovery", "gateway"}));
   command
       ->add_option("--site", o.site,
                    "Folder that has both: site.yaml, and the calibration beside it, as 'cranemap "

@@ -10,7 +10,7 @@ void keys(KeyVisitor& v, HttpConfig& c) {
          c.address);
   v.integer({"port",
              "plus the service's number: 1 camera, 2 rangefinder, 3 stereo, 4 mapper, 5 clearance, "
-             "6 ros2-mirror, 8 discovery; 0: nowhere"},
+             "6 ros2-mirror, 8 discovery, 9 gateway; 0: nowhere"},
             c.port, {0, 65'500});
   v.texts({"hosts",
            "names of this host by which it is asked, beside localhost, its addresses and its own "

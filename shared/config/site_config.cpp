@@ -27,6 +27,7 @@ void keys(KeyVisitor& v, SiteConfig& c) {
   v.integer({"crane", "number of the crane: its DDS partition"}, c.crane, {1, 1'000'000});
   v.section({"dds", "how processes find and reach each other"}, c.dds);
   v.section({"http", "where services answer over HTTP"}, c.http);
+  v.section({"gateway", "the page for operators and integrators, and its API"}, c.gateway);
   v.section({"camera", "where pairs of images come from"}, c.camera);
   v.section({"stereo", "how depth is found in a pair"}, c.stereo);
   v.section({"mapper", "how clouds become a map, and what positions mean"}, c.mapper);

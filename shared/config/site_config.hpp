@@ -6,6 +6,7 @@
 
 #include "base/result.hpp"
 #include "config/camera_config.hpp"
+#include "config/gateway_config.hpp"
 #include "config/hoist_config.hpp"
 #include "config/http_config.hpp"
 #include "config/key_list.hpp"
@@ -25,6 +26,7 @@ struct SiteConfig {
   int crane = 1;
   NetworkSettings dds;
   HttpConfig http;
+  GatewayConfig gateway;
   CameraConfig camera;
   StereoConfig stereo;
   MapperConfig mapper;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bounds.h"
+#include "dds/service_numbers.hpp"
 #include "geometry/simple_polygon.hpp"
 
 namespace crane::dds {
@@ -216,8 +217,7 @@ const char* flaw(const v1::ClearanceReply& s) {
 }
 
 const char* flaw(const v1::ServiceStatus& s) {
-  if (s.service() < v1::SERVICE_CAMERA || s.service() > v1::SERVICE_DISCOVERY)
-    return "unknown service";
+  if (s.service() < v1::SERVICE_CAMERA || s.service() > kLastService) return "unknown service";
   if (!status_known(s.status())) return "unknown status";
   if (s.finished() > 1) return "finished is neither 0 nor 1";
   if (s.dropped().size() > v1::MAX_CAUSES || s.stages().size() > v1::MAX_STAGES ||

@@ -63,6 +63,12 @@ bool is_own_host(std::string_view host, std::string_view local_address,
                      [&](const std::string& own) { return lower(own) == *name; });
 }
 
+bool is_same_origin(std::string_view origin, std::string_view host) {
+  for (const std::string_view scheme : {"http://", "https://"})
+    if (origin.starts_with(scheme)) return lower(origin.substr(scheme.size())) == lower(host);
+  return false;
+}
+
 std::string host_name() {
   char name[256] = "";
   return gethostname(name, sizeof name - 1) == 0 ? name : "";

@@ -14,6 +14,10 @@ namespace crane::http {
 bool is_own_host(std::string_view host, std::string_view local_address,
                  const std::vector<std::string>& names);
 
+/// Whether an Origin line, "http://host:port", is of the page that `host` itself served: a browser
+/// says who made it ask.
+bool is_same_origin(std::string_view origin, std::string_view host);
+
 /// What this machine calls itself.
 std::string host_name();
 

@@ -9,22 +9,61 @@
 namespace crane::http {
 
 Router::Router(std::map<std::string, Handler> routes, std::vector<std::string> hosts)
-    : routes_(std::move(routes)), hosts_(std::move(hosts)) {
+    : hosts_(std::move(hosts)) {
+  for (auto& [path, handler] : routes)
+    gets_[path] = [plain = std::move(handler)](const Request&) { return plain(); };
   if (std::string own = host_name(); !own.empty()) hosts_.push_back(std::move(own));
 }
 
-Response Router::answer(const Request& request) const {
-  if (request.hosts.size() > 1) return {400, "more than one Host line\n"};
+std::optional<Response> Router::refuse(const Request& request) const {
+  if (request.hosts.size() > 1) return Response{400, "more than one Host line\n"};
   if (!request.hosts.empty() && !is_own_host(request.hosts[0], request.local_address, hosts_))
-    return {403, "this host is not known by that name: list it in http.hosts\n"};
-  if (request.method != "GET" && request.method != "HEAD") return {405, "only GET and HEAD\n"};
-  if (!request.target.starts_with('/')) return {400, "the target must be a path\n"};
-  const auto route = routes_.find(request.target.substr(0, request.target.find('?')));
-  if (route == routes_.end()) return {404, "nothing of this name\n"};
+    return Response{403, "this host is not known by that name: list it in http.hosts\n"};
+  // A page of somebody else may ask us, but not in a way that does something; of a WebSocket it
+  // could even read the answer.
+  if (!request.origin.empty() &&
+      (request.hosts.empty() || !is_same_origin(request.origin, request.hosts[0])))
+    return Response{403, "asked by a page of another origin\n"};
+  if (!request.target.starts_with('/')) return Response{400, "the target must be a path\n"};
+  return guard_ ? guard_(request) : std::nullopt;
+}
+
+Response Router::routed(const Request& request) const {
+  const std::string path = request.path();
+  const auto get = gets_.find(path);
+  const auto post = posts_.find(path);
+  const bool reads = request.method == "GET" || request.method == "HEAD";
+  if (reads && get != gets_.end()) return get->second(request);
+  if (request.method == "POST" && post != posts_.end()) {
+    if (!request.content_type.starts_with("application/json"))
+      return {415, "the body must be application/json\n"};
+    return post->second(request);
+  }
+  if (streams_.contains(path)) return {426, "this is a WebSocket\n"};
+  if (get == gets_.end() && post == posts_.end() && reads) return {404, "nothing of this name\n"};
+  return {405, post == posts_.end() ? "only GET and HEAD\n" : "only POST\n"};
+}
+
+Response Router::answer(const Request& request) const {
+  Response response;
   try {
-    return route->second();
+    const auto refused = refuse(request);
+    response = refused ? *refused : routed(request);
   } catch (const std::exception&) {  // out of memory: the next one may have it
-    return {500, "no answer could be made\n"};
+    response = {500, "no answer could be made\n"};
+  }
+  response.headers.insert(response.headers.end(), headers_.begin(), headers_.end());
+  return response;
+}
+
+Router::Upgrade Router::upgrade(const Request& request) const {
+  try {
+    if (auto refused = refuse(request)) return {nullptr, *refused};
+    const auto stream = streams_.find(request.path());
+    if (stream == streams_.end()) return {nullptr, {404, "no WebSocket of this name\n"}};
+    return {stream->second(request), {503, "no room for one more\n"}};
+  } catch (const std::exception&) {
+    return {nullptr, {500, "no answer could be made\n"}};
   }
 }
 

@@ -3,15 +3,20 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "http/feed.hpp"
 #include "http/message.hpp"
 
 namespace crane::http {
 
-/// Called on the server's thread, so it waits for nothing.
+/// Called on a thread of the server.
 using Handler = std::function<Response()>;
+using AskedHandler = std::function<Response(const Request&)>;
+/// Says why a request is not answered, or nothing.
+using Guard = std::function<std::optional<Response>(const Request&)>;
 
 /// From a request to its answer: who may ask, what there is. Values in, values out.
 class Router {
@@ -19,14 +24,39 @@ class Router {
   /// `routes`: by path. `hosts`: names of this machine, beside those that it knows of itself.
   Router(std::map<std::string, Handler> routes, std::vector<std::string> hosts);
 
-  /// 400 unsound, 403 a Host that is not ours, 404, 405; else what the handler says, 500 if it
-  /// throws. A request without a Host line is answered: browsers, whom the check is for, always
-  /// send one.
+  /// Further paths, of a GET (and HEAD) that is looked at, and of a POST with JSON as its body.
+  void get(const std::string& path, AskedHandler handler) { gets_[path] = std::move(handler); }
+  void post(const std::string& path, AskedHandler handler) { posts_[path] = std::move(handler); }
+  /// A WebSocket.
+  void stream(const std::string& path, FeedMaker maker) { streams_[path] = std::move(maker); }
+  /// Asked before any path is looked at, once Host and Origin are known to be ours.
+  void guard(Guard guard) { guard_ = std::move(guard); }
+  /// Lines that every answer has.
+  void headers(std::vector<std::pair<std::string, std::string>> lines) {
+    headers_ = std::move(lines);
+  }
+
+  /// 400 unsound, 403 a Host or Origin that is not ours, 404, 405, 415; else what the handler says,
+  /// 500 if it throws. A request without a Host line is answered: browsers, whom the check is for,
+  /// always send one. Any thread, if the handlers are.
   [[nodiscard]] Response answer(const Request& request) const;
 
+  /// Of a request for a WebSocket: its feed, or why there is none.
+  struct Upgrade {
+    std::unique_ptr<Feed> feed;
+    Response refused;
+  };
+  [[nodiscard]] Upgrade upgrade(const Request& request) const;
+
  private:
-  std::map<std::string, Handler> routes_;
+  [[nodiscard]] std::optional<Response> refuse(const Request& request) const;
+  [[nodiscard]] Response routed(const Request& request) const;
+
+  std::map<std::string, AskedHandler> gets_, posts_;
+  std::map<std::string, FeedMaker> streams_;
+  Guard guard_;
   std::vector<std::string> hosts_;
+  std::vector<std::pair<std::string, std::string>> headers_;
 };
 
 }  // namespace crane::http

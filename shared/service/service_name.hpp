@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "bounds.h"
+#include "dds/service_numbers.hpp"
 
 namespace crane {
 
@@ -26,6 +26,8 @@ inline const char* service_name(std::uint32_t service) {
       return "standby";
     case v1::SERVICE_DISCOVERY:
       return "discovery";
+    case dds::kServiceGateway:
+      return "gateway";
     default:
       return "unknown";
   }
