@@ -63,20 +63,21 @@ class Socket {
     }
     return out;
   }
-  /// The payload of the next message; pings are passed over.
+  /// The payload of the next message, of all its fragments; pings are passed over.
   [[nodiscard]] std::string read_message() const {
-    for (;;) {
+    for (std::string message;;) {
       const std::string head = read(2);
-      if (head.size() < 2) return "closed";
+      if (head.size() < 2 || (head[0] & 0x0F) == 8) return "closed";
       std::size_t length = static_cast<unsigned char>(head[1]);
       if (length >= 126) {
         const std::string more = read(length == 126 ? 2 : 8);
         length = 0;
         for (const char c : more) length = length << 8U | static_cast<unsigned char>(c);
       }
-      std::string payload = read(length);
-      if ((head[0] & 0x0F) <= 2) return payload;
-      if ((head[0] & 0x0F) == 8) return "closed";
+      const std::string payload = read(length);
+      if ((head[0] & 0x0F) > 2) continue;
+      message += payload;
+      if ((head[0] & 0x80) != 0) return message;
     }
   }
 
