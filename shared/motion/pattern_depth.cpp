@@ -24,6 +24,8 @@ constexpr double kStep_px = 1;  ///< of the full image
 /// A view bears a depth out if its difference is at most what noise gives, and this share of what
 /// does not fit; one that shows clearly more contradicts.
 constexpr double kNoiseShare = 1.2, kUnlikeShare = 0.25;
+/// ... and what does not fit is so many times that, or the square has too little texture to tell.
+constexpr double kTells = 1.5;
 constexpr double kClearly = 1.5, kClearlyNoise = 0.5, kClearlyUnlike = 0.15;
 constexpr int kFewestViews = 3, kMostHidden = 1, kFewestAgainst = 2;
 constexpr double kSigma_px = 0.5;  ///< of a fit, in the longest view
@@ -197,7 +199,7 @@ std::uint32_t PatternDepth::bearing(const Fit& fit) const {
   int against = 0;
   for (std::size_t k = 0; k < set_.views.size(); ++k) {
     if ((fit.seen >> k & 1U) == 0) continue;
-    if (fit.differences[k] <= borne_out())
+    if (fit.differences[k] <= borne_out() && kTells * fit.differences[k] <= unlike_)
       out |= 1U << k;
     else
       ++against;

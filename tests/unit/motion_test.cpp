@@ -251,11 +251,12 @@ std::vector<float> one_period_off(const View& v, double period_px) {
 
 /// Drives over a floor of tiles that are all alike; what the last frame got.
 /// `matched`: with what the pair says of it, else all depths are tried.
-Filled drive(const std::vector<Eigen::Vector3d>& places_and_times, bool matched = false) {
+Filled drive(const std::vector<Eigen::Vector3d>& places_and_times, bool matched = false,
+             const Floor& floor = checker) {
   MotionStereo motion;
   Filled out;
   for (const Eigen::Vector3d& at : places_and_times) {
-    View v = view_from(at.x(), at.y(), checker, unsigned(at.z() * 10));
+    View v = view_from(at.x(), at.y(), floor, unsigned(at.z() * 10));
     forget_floor(v);
     const View before = v;
     v.fix();
@@ -282,6 +283,16 @@ TEST(MotionStereo, TakesAMatchOnAPatternForOneOfSeveral) {
   EXPECT_GT(with.matched, 3 * without.matched);
   EXPECT_GT(with.matched, 20000);
   EXPECT_LT(with.wrong, with.matched / 200);
+}
+
+TEST(MotionStereo, AMatchWhereHardlyAnythingIsSeenTellsNoMoreThanNone) {
+  const std::vector<Eigen::Vector3d> way = {
+      {0, 0, 0}, {0.83, 0.1, 3}, {0.3, 0.91, 6}, {1.37, 0.62, 9}, {0.7, 0.35, 12}};
+  for (const double contrast : {0.0, 0.06, 0.08}) {
+    const auto dull = [&](double x, double y) { return 120 + contrast * (texture(x, y) - 120); };
+    const Filled without = drive(way, false, dull), with = drive(way, true, dull);
+    EXPECT_LE(with.wrong, without.wrong + 12) << "contrast " << contrast;
+  }
 }
 
 TEST(MotionStereo, AMatchOnAPatternThatAllViewsBearOutElsewhereStaysUnknown) {
