@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mapping_pipeline/cloud_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crane {
-
 namespace {
 
 /// A depth of confidence 0 is one of several that fit: no evidence until motion tells which.
