@@ -26,6 +26,7 @@ constexpr double kOneDepth = 3;  ///< sigmas
 /// Of the time between frames a tenth at most: cells looked at a second, on two threads.
 constexpr double kCellsPerSecond = 600;
 constexpr double kPatternsPerSecond = 2'500;
+constexpr double kBandsPerSecond = 2'000;
 constexpr double kSharpPerSecond = 20'000;
 constexpr double kLongestPause_s = 3;
 constexpr double kStands_m = 0.01;
@@ -124,6 +125,8 @@ MotionReport MotionStereo::improve(DepthFrame& frame, TimeNs exposure, std::span
           patterns_.look(frame, image, set, ambiguous_m, std::size_t(kPatternsPerSecond * pause_s));
     look_at_cells(frame, image, set, std::size_t(kCellsPerSecond * pause_s), report);
     fill(frame, depth_m, confidence, report);
+    report.bars =
+        bars_.look(frame, image, set, depth_m, confidence, std::size_t(kBandsPerSecond * pause_s));
   }
   if (uncertain && set.longest_m > kWorthwhile * frame.baseline_m)
     sharpen(frame, image, set, depth_m, confidence, report);

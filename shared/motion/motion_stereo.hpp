@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/threads.hpp"
+#include "motion/bars.hpp"
 #include "motion/cell_proof.hpp"
 #include "motion/pattern_cells.hpp"
 
@@ -17,6 +18,7 @@ struct MotionReport {
   std::size_t put_off = 0;    ///< not looked at for lack of time
   std::size_t proven = 0;     ///< pixels that got a depth
   std::size_t refined = 0;    ///< pixels whose depth got better
+  BarReport bars;             ///< along the baseline
   PatternReport patterns;     ///< what the pair matched at one of several depths that fit
 };
 
@@ -27,7 +29,10 @@ class MotionStereo {
  public:
   /// `threads`: 0 = the machine's, at most 4; the result is the same for any number.
   explicit MotionStereo(int threads = 0)
-      : threads_(threads_or_default(threads)), keys_(KeyFrameSettings{}), patterns_(threads_) {}
+      : threads_(threads_or_default(threads)),
+        keys_(KeyFrameSettings{}),
+        patterns_(threads_),
+        bars_(threads_) {}
 
   /// `depth_m`, `confidence`: those of `frame`, which is placed and checked; in place. Where the
   /// pair's baseline is short for the height, its depths get finer and frame.sigma_disparity_px
@@ -52,6 +57,7 @@ class MotionStereo {
   int threads_;
   KeyFrames keys_;
   PatternCells patterns_;
+  Bars bars_;
   int columns_ = 0, rows_ = 0, next_row_ = 0, next_sharp_ = 0;
   TimeNs last_ = 0;
   Eigen::Vector3d last_place_ = Eigen::Vector3d::Constant(1e9);

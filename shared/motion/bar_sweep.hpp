@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "motion/bar_bands.hpp"
+#include "motion/views.hpp"
+
+namespace crane {
+
+/// What lies before the background in a piece of a band.
+struct BarFit {
+  double inverse_m = 0, sigma = 0;  ///< [1/m]
+  int v0 = 0, v1 = 0;               ///< its rows, v0 <= v < v1
+  double step = 0;                  ///< [1/m] that moves it by a pixel in the farthest view
+};
+
+/// Compares strips of 32 x 7 px with the views that see them from beside. One thread each.
+class BarSweep {
+ public:
+  /// `nearest_m`: depth of the nearest that is looked for.
+  BarSweep(const PlacedImage& image, const ViewSet& set, double nearest_m);
+
+  /// Enough views from beside, and what moves steadily across the rows would not fit them all.
+  [[nodiscard]] bool can_tell() const { return can_tell_; }
+  /// Nothing: the background does as well, or other depths do.
+  std::optional<BarFit> look(const BarBand& band);
+
+ private:
+  static constexpr int kWidth = 32, kHalf = 3, kHeight = 2 * kHalf + 1;
+  static constexpr int kMostRows = 48, kMostSteps = 256;
+  struct View {
+    const MotionView* view;
+    float offset = 0;  ///< its brightness less the newest one's, beside the band
+    bool sees = false;
+  };
+  struct Point {
+    double x, y;
+  };
+  /// Where the piece's first column and row `v` fall in a view.
+  [[nodiscard]] std::optional<Point> place(const MotionView& view, int u, int v,
+                                           double inverse_m) const;
+  bool take_offsets(const BarBand& band);
+  void measure();
+  /// Mean absolute difference of rows v - half to v + half between pixels, over the views that see
+  /// them; `views` counts these.
+  double cost(int v, int half, double inverse_m, int* views = nullptr) const;
+
+  const PlacedImage& image_;
+  std::vector<View> views_;
+  double longest_m_ = 0, position_ = 0, nearest_inverse_;
+  bool can_tell_ = false;
+  // Of the band that is looked at.
+  int u_ = 0, first_ = 0, rows_ = 0, steps_ = 0;
+  double background_ = 0, step_ = 0;
+  std::vector<float> sum_;          ///< steps x rows: differences of a row, over the views
+  std::vector<std::uint8_t> seen_;  ///< views, a step
+};
+
+}  // namespace crane
