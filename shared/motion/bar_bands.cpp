@@ -8,7 +8,7 @@
 namespace crane {
 namespace {
 
-constexpr int kShortest = 3, kTallest = 32;  ///< rows
+constexpr int kShortest = 2, kTallest = 32;  ///< rows
 constexpr int kFewest = kBarPiece * 5 / 8;   ///< pixels of a matched row
 constexpr float kNearer = 0.985F;            ///< of a depth: something else, before it
 

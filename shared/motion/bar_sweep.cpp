@@ -24,6 +24,8 @@ constexpr double kLeast_grey = 2;    ///< differences below tell nothing
 constexpr int kMostMinima = 4;
 constexpr double kSame_px = 2;  ///< nearer, two depths are one
 constexpr double kSigma_px = 0.35;
+constexpr int kSlope = 1;  ///< rows from a piece to the next
+constexpr double kGoesOn = 0.85;
 
 }  // namespace
 
@@ -55,7 +57,7 @@ std::optional<BarSweep::Point> BarSweep::place(const MotionView& view, int u, in
                q.y() / q.z() * image_.f_px + image_.cy_px};
 }
 
-bool BarSweep::take_offsets(const BarBand& band) {
+bool BarSweep::take_offsets(int v0, int v1) {
   const Grey& here = image_.full;
   int see = 0;
   for (View& view : views_) {
@@ -63,15 +65,15 @@ bool BarSweep::take_offsets(const BarBand& band) {
     view.sees = false;
     double sum = 0;
     int n = 0;
-    for (const int v : {band.v0 - kAround, band.v1}) {
+    for (const int v : {v0 - kAround, v1}) {
       const auto at = place(*view.view, u_, v, background_);
       if (!at) continue;
       const int x = int(std::lround(at->x)), y = int(std::lround(at->y));
-      if (x < 0 || y < 0 || x + kWidth > there.width || y + kAround > there.height) continue;
+      if (x < 0 || y < 0 || x + width_ > there.width || y + kAround > there.height) continue;
       for (int row = 0; row < kAround; ++row)
-        for (int c = 0; c < kWidth; ++c)
+        for (int c = 0; c < width_; ++c)
           sum += double(there.row(y + row)[x + c]) - double(here.row(v + row)[u_ + c]);
-      n += kAround * kWidth;
+      n += kAround * width_;
     }
     if (n == 0) continue;
     view.offset = float(sum / n);
@@ -124,28 +126,38 @@ double BarSweep::cost(int v, int half, double inverse_m, int* views) const {
     if (!at) continue;
     const Grey& there = view.view->image->full;
     const int x = int(std::floor(at->x)), y = int(std::floor(at->y));
-    if (x < 0 || y < 0 || x + kWidth >= there.width || y + 2 * half + 1 >= there.height) continue;
+    if (x < 0 || y < 0 || x + width_ >= there.width || y + 2 * half + 1 >= there.height) continue;
     const auto fx = float(at->x - x), fy = float(at->y - y);
     float apart = 0;
     for (int row = 0; row <= 2 * half; ++row) {
       const std::uint8_t* a = image_.full.row(v - half + row) + u_;
       const std::uint8_t* b = there.row(y + row) + x;
       const std::uint8_t* below = there.row(y + row + 1) + x;
-      for (int c = 0; c < kWidth; ++c) {
+      for (int c = 0; c < width_; ++c) {
         const float upper = float(b[c]) + fx * float(b[c + 1] - b[c]);
         const float lower = float(below[c]) + fx * float(below[c + 1] - below[c]);
         apart += std::abs(float(a[c]) + view.offset - upper - fy * (lower - upper));
       }
     }
-    sum += double(apart) / (kWidth * (2 * half + 1));
+    sum += double(apart) / (width_ * (2 * half + 1));
     ++seen;
   }
   if (views != nullptr) *views = seen;
   return seen > 0 ? sum / seen : 1e9;
 }
 
+std::pair<double, double> BarSweep::closest(int v, int half, double inverse_m) const {
+  std::pair<double, double> least{1e9, inverse_m};
+  for (int k = -4; k <= 4; ++k) {
+    const double w = inverse_m + 0.25 * k * step_;
+    least = std::min(least, {cost(v, half, w), w});
+  }
+  return least;
+}
+
 std::optional<BarFit> BarSweep::look(const BarBand& band) {
   const Grey& here = image_.full;
+  width_ = kWidth;
   u_ = band.u0 + kBarPiece / 2 - kWidth / 2;
   if (u_ < 0 || u_ + kWidth > here.width || band.v0 < kAround || band.v1 + kAround > here.height)
     return std::nullopt;
@@ -154,7 +166,8 @@ std::optional<BarFit> BarSweep::look(const BarBand& band) {
   background_ = 1 / double(band.background_m);
   const double range = nearest_inverse_ - background_;
   step_ = 1 / (image_.f_px * longest_m_);
-  if (rows_ > kMostRows || range < kLeastWay_px * step_ || !take_offsets(band)) return std::nullopt;
+  if (rows_ > kMostRows || range < kLeastWay_px * step_ || !take_offsets(band.v0, band.v1))
+    return std::nullopt;
   step_ = std::max(step_, range / (kMostSteps - 1));
   steps_ = int(range / step_) + 1;
   measure();
@@ -188,15 +201,7 @@ std::optional<BarFit> BarSweep::look(const BarBand& band) {
   // Whole pixels can make an alias look better: the lowest ones are compared between pixels.
   for (int i = 0; i < steps_; ++i) costs[std::size_t(i)] = strip(i, best_row);
   const int middle = first_ + best_row + kHalf;
-  const auto closest = [&](double from) {
-    std::pair<double, double> least{1e9, from};
-    for (int k = -4; k <= 4; ++k) {
-      const double w = from + 0.25 * k * step_;
-      least = std::min(least, {cost(middle, kHalf, w), w});
-    }
-    return least;
-  };
-  const auto [left, inverse_m] = closest(background_ + best * step_);
+  const auto [left, inverse_m] = closest(middle, kHalf, background_ + best * step_);
   std::vector<std::pair<float, int>> minima = {{0.0F, 0}};  // the background always
   for (int i = 1; i < steps_; ++i)
     if (std::abs(i - best) > same && costs[std::size_t(i)] <= costs[std::size_t(i - 1)] &&
@@ -205,11 +210,12 @@ std::optional<BarFit> BarSweep::look(const BarBand& band) {
   std::sort(minima.begin(), minima.end());
   minima.resize(std::min<std::size_t>(minima.size(), kMostMinima + 1));
   for (const auto& [unused, i] : minima)
-    if (left > kClearly * closest(background_ + i * step_).first) return std::nullopt;
+    if (left > kClearly * closest(middle, kHalf, background_ + i * step_).first)
+      return std::nullopt;
   int views = 0;
   cost(middle, kHalf, inverse_m, &views);
   if (views < kFewestViews) return std::nullopt;
-  BarFit out{inverse_m, 0, -1, -1, 1 / (image_.f_px * longest_m_)};
+  BarFit out{inverse_m, 0, -1, -1, band.background_m, 1 / (image_.f_px * longest_m_)};
   for (int v = band.v0; v < band.v1; ++v) {
     if (cost(v, 0, inverse_m) > kRowClearly * cost(v, 0, background_)) continue;
     if (out.v0 < 0) out.v0 = v;
@@ -218,6 +224,34 @@ std::optional<BarFit> BarSweep::look(const BarBand& band) {
   if (out.v0 < 0) return std::nullopt;
   const double placed = position_ * inverse_m, seen = kSigma_px * out.step;
   out.sigma = std::sqrt(placed * placed + seen * seen);
+  return out;
+}
+
+std::optional<BarFit> BarSweep::follow(const BarFit& bar, int u0) {
+  u_ = u0;
+  width_ = kBarPiece;
+  step_ = bar.step;
+  background_ = 1 / double(bar.background_m);
+  if (u_ < 0 || u_ + width_ > image_.full.width || bar.v0 < kAround + kSlope ||
+      bar.v1 + kAround + kSlope > image_.full.height || !take_offsets(bar.v0, bar.v1))
+    return std::nullopt;
+  const int half = std::clamp((bar.v1 - bar.v0 - 1) / 2, 1, 3);
+  std::optional<BarFit> out;
+  double least = kGoesOn;
+  for (const int slope : {0, -1, 1, -2, 2}) {
+    if (std::abs(slope) > kSlope) continue;
+    const int v = (bar.v0 + bar.v1 - 1) / 2 + slope;
+    const double background = closest(v, half, background_).first;
+    const auto [left, inverse_m] = closest(v, half, bar.inverse_m);
+    int views = 0;
+    cost(v, half, inverse_m, &views);
+    if (views < kFewestViews || background < kLeast_grey || left >= least * background) continue;
+    least = left / background;
+    out = bar;
+    out->inverse_m = inverse_m;
+    out->v0 += slope;
+    out->v1 += slope;
+  }
   return out;
 }
 

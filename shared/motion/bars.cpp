@@ -14,6 +14,7 @@ namespace {
 constexpr double kNearest = 0.45;  ///< of the camera's height above z = 0, as the pair's search
 constexpr int kSideBySide = 3;     ///< pieces at one depth
 constexpr double kAlike_px = 2;    ///< in the farthest view
+constexpr double kBehind = 1.02;   ///< of a depth
 
 struct Piece {
   BarBand band;
@@ -30,6 +31,13 @@ void join(std::vector<Piece>& pieces, const std::vector<Piece>& beside, int more
     for (const Piece& other : beside)
       if (piece.fit && other.fit && alike(*piece.fit, *other.fit))
         piece.longest = std::max(piece.longest, other.longest + more);
+}
+
+void follow(BarSweep& sweep, const std::vector<BarFit>& from, std::vector<BarFit>& to, int u0) {
+  for (const BarFit& bar : from) {
+    if (std::any_of(to.begin(), to.end(), [&](const BarFit& b) { return alike(bar, b); })) continue;
+    if (const auto next = sweep.follow(bar, u0)) to.push_back(*next);
+  }
 }
 
 }  // namespace
@@ -67,20 +75,29 @@ BarReport Bars::look(const DepthFrame& f, const PlacedImage& image, const ViewSe
     join(pieces[std::size_t(column)], pieces[std::size_t(column - 1)], 1);
   for (int column = columns - 2; column >= 0; --column)
     join(pieces[std::size_t(column)], pieces[std::size_t(column + 1)], 0);
+  // What is one of several, and where that goes on.
+  std::vector<std::vector<BarFit>> bars(static_cast<std::size_t>(columns));
+  for (int column = 0; column < columns; ++column)
+    for (const Piece& piece : pieces[std::size_t(column)])
+      if (piece.fit && piece.longest >= kSideBySide)
+        bars[std::size_t(column)].push_back(*piece.fit);
+  BarSweep sweep(image, set, kNearest * camera_m);
+  for (int column = 1; column < columns; ++column)
+    follow(sweep, bars[std::size_t(column - 1)], bars[std::size_t(column)], column * kBarPiece);
+  for (int column = columns - 2; column >= 0; --column)
+    follow(sweep, bars[std::size_t(column + 1)], bars[std::size_t(column)], column * kBarPiece);
   const double scale = f.sigma_disparity_px * 255 / (f.f_px * f.baseline_m);
   for (int column = 0; column < columns; ++column)
-    for (const Piece& piece : pieces[std::size_t(column)]) {
-      if (!piece.fit || piece.longest < kSideBySide) continue;
-      const BarFit& fit = *piece.fit;
-      for (int v = fit.v0; v < fit.v1; ++v)
+    for (const BarFit& bar : bars[std::size_t(column)])
+      for (int v = bar.v0; v < bar.v1; ++v)
         for (int u = column * kBarPiece; u < (column + 1) * kBarPiece; ++u) {
           const std::size_t i = std::size_t(v) * f.width + std::size_t(u);
-          if (depth_m[i] != 0) continue;
-          depth_m[i] = -float(1 / fit.inverse_m);
-          confidence[i] = static_cast<std::uint8_t>(std::clamp(scale / fit.sigma, 1.0, 255.0));
+          // Not what the pair found at, or before, the bar.
+          if (!(std::abs(depth_m[i]) == 0 || depth_m[i] > kBehind / bar.inverse_m)) continue;
+          depth_m[i] = -float(1 / bar.inverse_m);
+          confidence[i] = static_cast<std::uint8_t>(std::clamp(scale / bar.sigma, 1.0, 255.0));
           ++report.found;
         }
-    }
   return report;
 }
 
