@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kNearest = 0.45;  ///< of the camera's height above z = 0, as the pair's search
 constexpr int kSideBySide = 3;     ///< pieces at one depth
+constexpr int kApart = 3;          ///< pieces, from one to the next
 constexpr double kAlike_px = 2;    ///< in the farthest view
 constexpr double kBehind = 1.02;   ///< of a depth
 
@@ -72,9 +73,11 @@ BarReport Bars::look(const DepthFrame& f, const PlacedImage& image, const ViewSe
   });
   // How many are alike to the left of each, and then, from the right, of all that it is one of.
   for (int column = 1; column < columns; ++column)
-    join(pieces[std::size_t(column)], pieces[std::size_t(column - 1)], 1);
+    for (int by = 1; by <= std::min(kApart, column); ++by)
+      join(pieces[std::size_t(column)], pieces[std::size_t(column - by)], 1);
   for (int column = columns - 2; column >= 0; --column)
-    join(pieces[std::size_t(column)], pieces[std::size_t(column + 1)], 0);
+    for (int by = 1; by <= std::min(kApart, columns - 1 - column); ++by)
+      join(pieces[std::size_t(column)], pieces[std::size_t(column + by)], 0);
   // What is one of several, and where that goes on.
   std::vector<std::vector<BarFit>> bars(static_cast<std::size_t>(columns));
   for (int column = 0; column < columns; ++column)
