@@ -12,13 +12,18 @@ constexpr int kShortest = 2, kTallest = 32;  ///< rows
 constexpr int kFewest = kBarPiece * 5 / 8;   ///< pixels of a matched row
 constexpr float kNearer = 0.985F;            ///< of a depth: something else, before it
 
-/// Median depth of a row's pixels; 0: hardly any is matched.
+int matched(const float* depth_m) {
+  int n = 0;
+  for (int x = 0; x < kBarPiece; ++x) n += std::abs(depth_m[x]) > 0 ? 1 : 0;
+  return n;
+}
+
+/// Median depth of a matched row's pixels.
 float row_depth(const float* depth_m) {
   std::array<float, kBarPiece> found{};
   int n = 0;
   for (int x = 0; x < kBarPiece; ++x)
     if (const float z = std::abs(depth_m[x]); z > 0) found[std::size_t(n++)] = z;
-  if (n < kFewest) return 0;
   std::nth_element(found.begin(), found.begin() + n / 2, found.begin() + n);
   return found[std::size_t(n / 2)];
 }
@@ -27,24 +32,26 @@ float row_depth(const float* depth_m) {
 
 std::vector<BarBand> bar_bands(const DepthFrame& f, const float* depth_m, int u0) {
   std::vector<BarBand> out;
-  float above = 0;  // depth of the last matched row that is background
-  int begin = -1;
-  int matched_in = 0;
+  const auto row = [&](int v) { return depth_m + std::size_t(v) * f.width + std::size_t(u0); };
+  int begin = -1;    // of the band
+  float before = 0;  // depth of the row above it
+  int own = 0;       // rows in it that are matched, as a bar's own are
+  bool after_match = false;
   for (int v = 0; v < int(f.height); ++v) {
-    const float z = row_depth(depth_m + std::size_t(v) * f.width + std::size_t(u0));
-    if (begin >= 0 && (z <= 0 || z < kNearer * above)) {
-      // A bar's own matches are no end of its band.
-      matched_in += z > 0 ? 1 : 0;
-      continue;
+    const bool match = matched(row(v)) >= kFewest;
+    if (begin < 0) {
+      if (!match && after_match) begin = v, before = row_depth(row(v - 1)), own = 0;
+    } else if (match) {
+      const float z = row_depth(row(v));
+      if (z < kNearer * before) {
+        ++own;
+        continue;
+      }
+      if (v - begin >= kShortest && v - begin <= kTallest && own < v - begin)
+        out.push_back({u0, begin, v, std::min(before, z)});
+      begin = -1;
     }
-    if (z <= 0) {
-      if (above > 0) begin = v, matched_in = 0;
-      continue;
-    }
-    if (begin >= 0 && v - begin >= kShortest && v - begin <= kTallest && matched_in < v - begin)
-      out.push_back({u0, begin, v, std::min(above, z)});
-    begin = -1;
-    above = z;
+    after_match = match;
   }
   return out;
 }

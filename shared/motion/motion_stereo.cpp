@@ -26,7 +26,7 @@ constexpr double kOneDepth = 3;  ///< sigmas
 /// Of the time between frames a tenth at most: cells looked at a second, on two threads.
 constexpr double kCellsPerSecond = 600;
 constexpr double kPatternsPerSecond = 2'500;
-constexpr double kBandsPerSecond = 2'000;
+constexpr double kBandsPerSecond = 1'500;
 constexpr double kSharpPerSecond = 20'000;
 constexpr double kLongestPause_s = 3;
 constexpr double kStands_m = 0.01;
