@@ -20,7 +20,9 @@ constexpr int kAround = 8;  ///< rows of background beside a band
 /// A bar's depth explains it clearly better than any other: of their mean differences.
 constexpr double kClearly = 0.75;
 constexpr double kRowClearly = 0.8;  ///< and each of its rows, than the background
-constexpr double kLeast_grey = 2;    ///< differences below tell nothing
+constexpr int kFewestRows = 2;
+constexpr double kFromWithin_px = 3;  ///< that rows within a bar may be wrong by
+constexpr double kLeast_grey = 2;     ///< differences below tell nothing
 constexpr int kMostMinima = 4;
 constexpr double kSame_px = 2;  ///< nearer, two depths are one
 constexpr double kSigma_px = 0.35;
@@ -146,9 +148,10 @@ double BarSweep::cost(int v, int half, double inverse_m, int* views) const {
   return seen > 0 ? sum / seen : 1e9;
 }
 
-std::pair<double, double> BarSweep::closest(int v, int half, double inverse_m) const {
+std::pair<double, double> BarSweep::closest(int v, int half, double inverse_m, double steps) const {
   std::pair<double, double> least{1e9, inverse_m};
-  for (int k = -4; k <= 4; ++k) {
+  const int quarters = static_cast<int>(std::lround(4 * steps));
+  for (int k = -quarters; k <= quarters; ++k) {
     const double w = inverse_m + 0.25 * k * step_;
     least = std::min(least, {cost(v, half, w), w});
   }
@@ -215,16 +218,26 @@ std::optional<BarFit> BarSweep::look(const BarBand& band) {
   int views = 0;
   cost(middle, kHalf, inverse_m, &views);
   if (views < kFewestViews) return std::nullopt;
-  BarFit out{inverse_m, 0, -1, -1, band.background_m, 1 / (image_.f_px * longest_m_)};
-  for (int v = band.v0; v < band.v1; ++v) {
-    if (cost(v, 0, inverse_m) > kRowClearly * cost(v, 0, background_)) continue;
-    if (out.v0 < 0) out.v0 = v;
-    out.v1 = v + 1;
-  }
-  if (out.v0 < 0) return std::nullopt;
+  BarFit out{inverse_m, 0, 0, 0, band.background_m, 1 / (image_.f_px * longest_m_)};
+  if (!take_rows(band, out)) return std::nullopt;
+  // Within a plain bar all rows are alike: its edges tell its depth.
+  const int half = std::min((out.v1 - out.v0) / 2 + 1, kAround);
+  out.inverse_m =
+      closest((out.v0 + out.v1 - 1) / 2, half, inverse_m, kFromWithin_px * out.step / step_).second;
+  if (!take_rows(band, out)) return std::nullopt;
   const double placed = position_ * inverse_m, seen = kSigma_px * out.step;
   out.sigma = std::sqrt(placed * placed + seen * seen);
   return out;
+}
+
+bool BarSweep::take_rows(const BarBand& band, BarFit& bar) const {
+  bar.v0 = bar.v1 = 0;
+  for (int v = band.v0; v < band.v1; ++v) {
+    if (cost(v, 0, bar.inverse_m) > kRowClearly * cost(v, 0, background_)) continue;
+    if (bar.v1 == 0) bar.v0 = v;
+    bar.v1 = v + 1;
+  }
+  return bar.v1 - bar.v0 >= kFewestRows;
 }
 
 std::optional<BarFit> BarSweep::follow(const BarFit& bar, int u0) {
@@ -247,8 +260,7 @@ std::optional<BarFit> BarSweep::follow(const BarFit& bar, int u0) {
     cost(v, half, inverse_m, &views);
     if (views < kFewestViews || background < kLeast_grey || left >= least * background) continue;
     least = left / background;
-    out = bar;
-    out->inverse_m = inverse_m;
+    out = bar;  // with its depth: step by step it could drift away from it
     out->v0 += slope;
     out->v1 += slope;
   }

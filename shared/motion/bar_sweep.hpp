@@ -53,8 +53,11 @@ class BarSweep {
   /// Mean absolute difference of rows v - half to v + half between pixels, over the views that see
   /// them; `views` counts these.
   double cost(int v, int half, double inverse_m, int* views = nullptr) const;
-  /// The least of that within a step around a depth, and where.
-  [[nodiscard]] std::pair<double, double> closest(int v, int half, double inverse_m) const;
+  /// The least of that within so many steps around a depth, and where.
+  [[nodiscard]] std::pair<double, double> closest(int v, int half, double inverse_m,
+                                                  double steps = 1) const;
+  /// The rows that the bar's depth explains better than the background; false: too few.
+  bool take_rows(const BarBand& band, BarFit& bar) const;
 
   const PlacedImage& image_;
   std::vector<View> views_;

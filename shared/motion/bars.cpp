@@ -56,10 +56,14 @@ void count_in_line(Columns& columns, Same same) {
     for (int by = 1; by <= std::min(kApart, n - 1 - column); ++by) join(column, column + by, 0);
 }
 
+bool goes_on(const BarFit& bar, const std::vector<BarFit>& beside) {
+  return std::any_of(beside.begin(), beside.end(), [&](const BarFit& b) { return alike(bar, b); });
+}
+
 /// The bars of one column of pieces that go on in the next.
 void follow(BarSweep& sweep, const std::vector<BarFit>& from, std::vector<BarFit>& to, int u0) {
   for (const BarFit& bar : from) {
-    if (std::any_of(to.begin(), to.end(), [&](const BarFit& b) { return alike(bar, b); })) continue;
+    if (goes_on(bar, to)) continue;
     if (const auto next = sweep.follow(bar, u0)) to.push_back(*next);
   }
 }
@@ -110,12 +114,15 @@ BarReport Bars::look(const DepthFrame& f, const PlacedImage& image, const ViewSe
   const double scale = f.sigma_disparity_px * kFull / (f.f_px * f.baseline_m);
   for (int column = 0; column < columns; ++column)
     for (const BarFit& bar : bars[std::size_t(column)]) {
+      // Amid a bar what the pair found behind it is wrong; at its ends it may be right.
+      const bool amid = column > 0 && column + 1 < columns &&
+                        goes_on(bar, bars[std::size_t(column - 1)]) &&
+                        goes_on(bar, bars[std::size_t(column + 1)]);
       const auto depth = static_cast<float>(1 / bar.inverse_m);
       for (int v = bar.v0; v < bar.v1; ++v)
         for (int u = column * kBarPiece; u < (column + 1) * kBarPiece; ++u) {
           const std::size_t i = std::size_t(v) * f.width + std::size_t(u);
-          // Not what the pair found at the bar, or before it.
-          if (depth_m[i] != 0 && !(std::abs(depth_m[i]) > kBehind * depth)) continue;
+          if (depth_m[i] != 0 && !(amid && std::abs(depth_m[i]) > kBehind * depth)) continue;
           depth_m[i] = -depth;
           confidence[i] = static_cast<std::uint8_t>(std::clamp(scale / bar.sigma, 1.0, kFull));
           ++report.found;
