@@ -10,6 +10,8 @@
 #include <atomic>
 #include <fstream>
 #include <list>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
 #include <thread>
@@ -62,7 +64,7 @@ void render_board(const std::string& folder) {
 /// The camera's pictures as they come, changed by what somebody did to the camera.
 class Meddler {
  public:
-  enum Mode { kFine, kCapRight, kLightOff, kSwapped };
+  enum Mode { kFine, kCapRight, kLightOff, kSwapped, kBumped };
   Meddler(std::string from, std::string to)
       : from_(std::move(from)), to_(std::move(to)), thread_([this] { work(); }) {}
   ~Meddler() {
@@ -88,6 +90,7 @@ class Meddler {
           if (!image) continue;
           if (now == kLightOff || (now == kCapRight && side == "right"))
             for (auto& byte : image.value().bytes) byte = static_cast<std::uint8_t>(byte / 40);
+          if (now == kBumped) turn_down(image.value());
           const std::string file = to_ + "/" + side + "/" + name;
           (void)write_image(to_ + "/" + side + "." + name, image.value());
           fs::rename(to_ + "/" + side + "." + name, file, failed);
@@ -95,6 +98,21 @@ class Meddler {
       }
       std::this_thread::sleep_for(20ms);
     }
+  }
+
+  /// As if somebody had knocked against the camera: it looks a degree elsewhere. A turn about its
+  /// centre, hence a homography; an image that was only shifted would not be one of a tilted
+  /// camera.
+  static void turn_down(Image& image) {
+    const cv::Matx33d K(kCamera.f_px, 0, kCamera.cx_px, 0, kCamera.f_px, kCamera.cy_px, 0, 0, 1);
+    cv::Matx33d R;
+    cv::Rodrigues(cv::Vec3d(M_PI / 180, 0, 0), R);
+    const cv::Mat before(int(image.height), int(image.width), CV_8UC(int(image.channels)),
+                         image.bytes.data());
+    cv::Mat after;
+    cv::warpPerspective(before, after, K * R * K.inv(), before.size(), cv::INTER_LINEAR,
+                        cv::BORDER_REFLECT);
+    std::copy_n(after.data, image.bytes.size(), image.bytes.begin());
   }
 
   std::string from_, to_;
@@ -165,6 +183,15 @@ class Commission : public ::testing::Test {
   std::map<std::string, std::string> answers_;
 };
 
+/// What 'check' found changed, line by line.
+std::vector<std::string> changes(const std::string& output) {
+  std::vector<std::string> out;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("CHANGED")) out.push_back(line);
+  return out;
+}
+
 TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   // The wrong serial port; corrected in the configuration, begun anew.
   const std::string port = site_.rangefinders[0].port;
@@ -210,6 +237,35 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   const Finished again = commission();
   EXPECT_EQ(again.code, 0) << again.output;
   EXPECT_THAT(again.output, ::testing::Not(HasSubstr("==")));
+
+  // In service, later: nothing has changed; then somebody knocks against the camera; then nothing
+  // runs any more.
+  const std::vector<std::string> check = {"check", "--site", folder_ / "site", "--for", "16s"};
+  {
+    Process services({"cranemap", "serve", "--site", folder_ / "site", "camera", "rangefinder",
+                      "stereo", "mapper", "--state", folder_ / "state"},
+                     folder_ / "services.txt");
+    const Finished same = run(check, folder_.path(), 100);
+    // Under load an emulated rangefinder really answers later, and is said to.
+    EXPECT_THAT(changes(same.output), ::testing::Each(HasSubstr("come late by"))) << same.output;
+    EXPECT_EQ(same.code, changes(same.output).empty() ? 0 : 1) << same.output << services.output();
+    EXPECT_THAT(same.output, HasSubstr("camera above the floor"));
+    meddler_->mode = Meddler::kBumped;
+    const Finished bumped = run(check, folder_.path(), 100);
+    EXPECT_EQ(bumped.code, 1) << bumped.output;
+    EXPECT_THAT(changes(bumped.output),
+                ::testing::Contains(HasSubstr("the camera has turned: look for loose bolts")))
+        << bumped.output;
+    services.signal(SIGTERM);
+    EXPECT_EQ(services.wait(20), 0) << services.output();
+  }
+  const Finished nothing =
+      run({"check", "--site", folder_ / "site", "--for", "3s"}, folder_.path(), 60);
+  EXPECT_NE(nothing.code, 0) << nothing.output;
+  EXPECT_THAT(nothing.output, HasSubstr("cranemap doctor"));
+  for (const auto& left : fs::directory_iterator(fs::temp_directory_path()))
+    EXPECT_THAT(left.path().filename().string(),
+                ::testing::Not(::testing::StartsWith("cranemap-check-")));
 }
 
 TEST_F(Commission, SaysWhichAnswerIsMissingAndIsBrokenOffAndGoneOnWith) {
