@@ -153,7 +153,7 @@ class Commission : public ::testing::Test {
 
   Finished commission(std::vector<std::string> more = {}) {
     std::ofstream site(folder_ / "devices.yaml");
-    site << to_yaml(site_);
+    site << "# The hall's keeper: tel. 4711\n" << to_yaml(site_);
     site.close();
     std::ofstream answers(folder_ / "answers.yaml");
     for (const auto& [key, value] : answers_) answers << key << ": '" << value << "'\n";
@@ -230,6 +230,10 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   ASSERT_TRUE(site.ok()) << site.error().text();
   EXPECT_EQ(site.value().mapper.cart_direction, 1) << done.output;
   EXPECT_EQ(site.value().camera.path, site_.camera.path);
+  std::ifstream file(folder_ / "site/site.yaml");
+  std::string first;
+  std::getline(file, first);
+  EXPECT_EQ(first, "# The hall's keeper: tel. 4711");
   // As systemd's units look for it.
   EXPECT_TRUE(fs::exists(folder_ / "site/calibration/cam1/sensor.yaml"));
   EXPECT_TRUE(fs::exists(folder_ / "site/commission/map/map_view.png"));
