@@ -18,6 +18,7 @@
 
 #include "config/site_config.hpp"
 #include "crane/client/map.hpp"
+#include "http/client.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
 #include "system/process.hpp"
@@ -320,6 +321,18 @@ TEST(SeveralCranes, TwoOnOneHostHaveTheirOwnPortsStatesAndMaps) {
     maps.insert(map->status().map_id);
   }
   EXPECT_EQ(maps.size(), 2U);
+  // What the one dashboard of both asks for: each crane at its own port, under its own label.
+  constexpr int kMapper = 4;
+  for (const int crane : {1, 2}) {
+    const std::string valid = "cranemap_map_valid{crane=\"" + std::to_string(crane) + "\"";
+    std::string page;
+    EXPECT_TRUE(eventually(20s, [&] {
+      const auto got = http::get("127.0.0.1", port + 20 * (crane - 1) + kMapper, "/metrics");
+      if (got) page = got->body;
+      return page.find(valid) != std::string::npos;
+    })) << page;
+    EXPECT_THAT(page, ::testing::Not(HasSubstr("crane=\"" + std::to_string(3 - crane) + "\"")));
+  }
   for (Process& process : processes)
     EXPECT_THAT(process.output(), ::testing::Not(HasSubstr("starts again"))) << "all have a port";
   // A third one that was given the ports of the first.
