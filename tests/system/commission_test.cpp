@@ -223,10 +223,9 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   answers_["drive_s"] = "16";
   Finished done = commission();
   EXPECT_THAT(done.output, HasSubstr("direction is another than was told"));
-  // Under load emulated rangefinders answer late, the watchdog says so, and a technician goes on.
-  for (int more = 0;
-       more < 2 && done.output.find("map            is not valid") != std::string::npos; ++more)
-    done = commission();
+  // A busy machine renders few frames and answers late, which is said; a technician drives longer.
+  answers_["drive_s"] = "30";
+  for (int more = 0; more < 2 && done.code == 2; ++more) done = commission();
   EXPECT_EQ(done.code, 0) << done.output;
   const auto rig = read_rig(folder_ / "site");
   ASSERT_TRUE(rig.ok()) << done.output;
