@@ -49,6 +49,7 @@ double way(const std::vector<RecordedDistance>& readings) {
 void take_mount_line(const std::string& line, CommissionItem& item) {
   if (line.starts_with("  - "))
     return item.warning("mount", line.substr(4), "see the report of the mount");
+  if (line.starts_with("BAD")) return;  // said by its error, with what to do
   if (line.find(": the mount") != std::string::npos) return item.good("mount", line);
   const auto gap = line.find("  ", 2);
   if (!line.starts_with("  ") || gap == std::string::npos) return;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/format.hpp"
 #include "doctor.hpp"
 #include "sensors/distance/distance_device.hpp"
 
@@ -40,8 +41,7 @@ Finding examine(const RangefinderConfig& c) {
   }
   if (distance_m)
     return {Finding::Verdict::kGood, "rangefinder",
-            name + ": " + device_name(c.device) + " measures " + std::to_string(*distance_m) + " m",
-            ""};
+            name + ": " + device_name(c.device) + formatted(" measures %.4f m", *distance_m), ""};
   const auto advice = state.text.find(" -> ");
   Finding finding{
       Finding::Verdict::kBad, "rangefinder",

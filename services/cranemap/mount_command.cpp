@@ -54,7 +54,10 @@ int run(const Options& o) {
   const auto drive = drive_of(o.recording, o.calibration);
   if (!drive) return fail(drive.error());
   const MountCalibration c = calibrate_mount(*drive, *options);
-  if (auto done = write_mount(c, *site, o.recording, o.out); !done) return fail(done.error());
+  const auto text = site_text(o.recording, o.config);
+  if (!text) return fail(text.error());
+  if (auto done = write_mount(c, *site, *text, o.recording, o.out); !done)
+    return fail(done.error());
   std::printf("%s", mount_text(c).c_str());
   if (c.verdict == MountVerdict::kBad)
     return fail(Error{ErrorCode::kBadData, o.recording,

@@ -8,12 +8,23 @@
 
 namespace crane {
 
-Result<SiteConfig> site_of_recording(const std::string& recording, const std::string& config) {
-  if (!config.empty()) return read_site_config(config);
+constexpr std::uint64_t kMostBytes = 1 << 20;  // as YamlReader has it
+
+Result<std::string> site_text(const std::string& recording, const std::string& config) {
   const std::string own = recording + "/site.yaml";
-  const auto has_own = is_there(own);
-  if (!has_own) return has_own.error();
-  return *has_own ? read_site_config(own) : Result<SiteConfig>(SiteConfig{});
+  if (config.empty()) {
+    const auto has_own = is_there(own);
+    if (!has_own) return has_own.error();
+    if (!*has_own) return std::string();
+  }
+  return read_file(config.empty() ? own : config, kMostBytes);
+}
+
+Result<SiteConfig> site_of_recording(const std::string& recording, const std::string& config) {
+  const auto text = site_text(recording, config);
+  if (!text) return text.error();
+  if (text->empty() && config.empty()) return SiteConfig{};
+  return parse_site_config(*text, config.empty() ? recording + "/site.yaml" : config);
 }
 
 Result<Drive> drive_of(const std::string& folder, const std::string& calibration) {

@@ -8,6 +8,8 @@
 
 namespace crane {
 
+/// The file that site_of_recording() reads, as it is; empty: there is none.
+Result<std::string> site_text(const std::string& recording, const std::string& config);
 /// `config`, or the recording's own site.yaml, or the defaults. Error: Configuration.
 Result<SiteConfig> site_of_recording(const std::string& recording, const std::string& config);
 

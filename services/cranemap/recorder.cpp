@@ -21,11 +21,19 @@ std::uint64_t bytes_of(const RecordedPair& pair) {
   return pair.left.size() + pair.right.size();
 }
 
-/// Files are grey or BGR of 8 bits, whatever the camera's format.
+/// Files are grey or BGR of 8 bits, whatever the camera's format; lossless ones of a grey camera of
+/// 10 or 12 bits have them all.
 Result<void> write_pair(const RecordedPair& pair, RecordingSink& sink) {
   const auto image = [&pair](const std::vector<std::uint8_t>& bytes) {
     return to_image({pair.format, pair.width, pair.height, bytes});
   };
+  if (sink.is_lossless() && is_deep_grey(pair.format)) {
+    const auto left = to_deep({pair.format, pair.width, pair.height, pair.left});
+    if (!left) return left.error();
+    const auto right = to_deep({pair.format, pair.width, pair.height, pair.right});
+    if (!right) return right.error();
+    return sink.add_frame(pair.time, *left, *right);
+  }
   const auto left = image(pair.left);
   if (!left) return left.error();
   const auto right = image(pair.right);

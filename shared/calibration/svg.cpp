@@ -56,6 +56,7 @@ std::string svg_residuals(const StereoCalibration& c, bool right) {
 
 std::string svg_grid(const ImageGrid& grid, const ImageSize& size, double scale) {
   std::string out = image_frame(size);
+  std::string numbers;  // over all fields, or the next ones would cover them
   const double w = double(size.width) / grid.columns;
   const double h = double(size.height) / grid.rows;
   const double most = std::max(1e-12, grid.worst());
@@ -66,12 +67,18 @@ std::string svg_grid(const ImageGrid& grid, const ImageSize& size, double scale)
       out += formatted(
           "<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='hsl(210 55%% %.0f%%)'/>",
           w * column, h * r, w + 0.5, h + 0.5, 95 - 60 * share);
-      if (r % 3 == 0 && column % 4 == 0)
-        out += formatted("<text x='%.1f' y='%.1f' font-size='%.1f' fill='%s'>%.2g</text>",
-                         w * (column + 0.5), h * (r + 0.65), 0.55 * h,
-                         share > 0.6 ? "#fff" : "#123", scale * v);
+      if (r % 3 != 0 || column % 4 != 0) continue;
+      const bool first = column == 0;
+      const bool last = column + 1 == grid.columns;
+      const double x = first ? 3 : last ? size.width - 3 : w * (column + 0.5);
+      const char* anchor = first  ? " style='text-anchor:start'"
+                           : last ? " style='text-anchor:end'"
+                                  : "";
+      numbers +=
+          formatted("<text x='%.1f' y='%.1f' font-size='%.1f' fill='%s'%s>%.2g</text>", x,
+                    h * (r + 0.65), 0.55 * h, share > 0.6 ? "#fff" : "#123", anchor, scale * v);
     }
-  return out + "</svg>";
+  return out + numbers + "</svg>";
 }
 
 std::string svg_views(const StereoCalibration& c) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What Stereolabs' own tools read and write: one section a camera and resolution, [STEREO] with the
-// relation; newer files have the lens in [LEFT_DISTO] and [RIGHT_DISTO] for all resolutions.
+// relation; newer files have the lens in [LEFT_DISTO] and [RIGHT_DISTO] for all resolutions. Their
+// zed-opencv-calibration writes what cv::stereoCalibrate gives: x_right = R x_left + T,
+// Baseline = -T.x, TY = T.y, TZ = T.z [mm], (RX, CV, RZ) the vector of R.
 #include "calibration_files/document.hpp"
 #include "calibration_files/formats.hpp"
 #include "calibration_files/lens_numbers.hpp"
@@ -58,14 +60,21 @@ void read_camera(DocumentReader& file, const std::string& side, const Resolution
   c.cy_px = y.number("CY");
   const std::string disto = side + "_DISTO";
   DocumentReader lens = file.has(disto) ? file.section(disto) : y;
+  const auto has = [&lens](const char* key) { return lens.has(key); };
   std::vector<double> d;
-  for (const char* key : {"K1", "K2", "P1", "P2", "K3"})
-    // The oldest cameras have neither p1, p2 nor k3.
-    d.push_back(std::string(key) == "K1" || std::string(key) == "K2" || lens.has(key)
-                    ? lens.number(key)
-                    : 0);
-  for (const char* key : {"K4", "K5", "K6"}) d.push_back(lens.has(key) ? lens.number(key) : 0);
-  set_lens_numbers(LensModel::kRadialTangential, d, c);
+  // The maker's tool writes a fisheye as k1 to k4 and nothing else, every other lens with p1 and
+  // p2.
+  if (file.has(disto) && has("K4") && !has("P1") && !has("P2") && !has("K5") && !has("K6")) {
+    for (const char* key : {"K1", "K2", "K3", "K4"}) d.push_back(lens.number(key));
+    set_lens_numbers(LensModel::kEquidistant, d, c);
+  } else {
+    for (const char* key : {"K1", "K2", "P1", "P2", "K3"})
+      // The oldest cameras have neither p1, p2 nor k3.
+      d.push_back(
+          std::string(key) == "K1" || std::string(key) == "K2" || has(key) ? lens.number(key) : 0);
+    for (const char* key : {"K4", "K5", "K6"}) d.push_back(has(key) ? lens.number(key) : 0);
+    set_lens_numbers(LensModel::kRadialTangential, d, c);
+  }
   file.take_problems(y);
   if (file.has(disto)) file.take_problems(lens);
 }
@@ -111,7 +120,7 @@ Result<StereoRig> read_zed(const Texts& files, const AskedSize& size) {
 }
 
 Result<Texts> write_zed(const StereoRig& rig) {
-  if (auto fits = refuse_lens(rig, "ZED's SN*.conf", true, true, false); !fits) return fits.error();
+  if (auto fits = refuse_lens(rig, "ZED's SN*.conf", true, true, true); !fits) return fits.error();
   const Resolution* found = nullptr;
   for (const Resolution& r : kResolutions)
     if (r.width == rig.left.width && r.height == rig.left.height) found = &r;
@@ -125,8 +134,10 @@ Result<Texts> write_zed(const StereoRig& rig) {
   const auto line = [&s](const std::string& key, double value) {
     s += key + "=" + number_text(value) + "\n";
   };
-  const bool rational =
-      rig.left.lens == LensModel::kRational || rig.right.lens == LensModel::kRational;
+  const auto of_lens = [&rig](LensModel lens) {
+    return rig.left.lens == lens || rig.right.lens == lens;
+  };
+  const bool disto = of_lens(LensModel::kRational) || of_lens(LensModel::kEquidistant);
   for (const bool right : {false, true}) {
     const CameraModel& c = right ? rig.right : rig.left;
     s += std::string(right ? "[RIGHT" : "[LEFT") + "_CAM_" + name + "]\n";
@@ -134,11 +145,16 @@ Result<Texts> write_zed(const StereoRig& rig) {
     line("fy", c.fy_px);
     line("cx", c.cx_px);
     line("cy", c.cy_px);
-    if (rational) s += std::string(right ? "[RIGHT" : "[LEFT") + "_DISTO]\n";
+    if (disto) s += std::string(right ? "[RIGHT" : "[LEFT") + "_DISTO]\n";
     auto d = lens_numbers(c);
-    d.resize(rational ? 8 : 5);
-    static constexpr const char* kKeys[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
-    for (std::size_t i = 0; i < d.size(); ++i) line(kKeys[i], d[i]);
+    if (c.lens == LensModel::kEquidistant) {
+      static constexpr const char* kFisheye[] = {"k1", "k2", "k3", "k4"};
+      for (std::size_t i = 0; i < d.size(); ++i) line(kFisheye[i], d[i]);
+    } else {
+      d.resize(disto ? 8 : 5);
+      static constexpr const char* kKeys[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+      for (std::size_t i = 0; i < d.size(); ++i) line(kKeys[i], d[i]);
+    }
     s += "\n";
   }
   const Eigen::Isometry3d T = rig.T_right_left();

@@ -135,4 +135,22 @@ Result<Image> to_image(const ImageView& image) {
   return out;
 }
 
+Result<DeepImage> to_deep(const ImageView& image) {
+  if (!is_deep_grey(image.format))
+    return Error{ErrorCode::kConfiguration, name_of(image.format),
+                 "is not grey of more than 8 bits", ""};
+  if (const char* flaw = image_flaw(image.format, image.width, image.height, image.bytes.size()))
+    return Error{ErrorCode::kWrongSize, name_of(image.format), flaw,
+                 "the camera's width, height and format must be those of its frames"};
+  const auto bits = std::size_t{bits_per_pixel(image.format)};
+  DeepImage out{image.width, image.height, static_cast<int>(bits), {}};
+  out.values.resize(std::size_t{image.width} * image.height);
+  for (std::size_t i = 0; i < out.values.size(); ++i) {
+    const std::size_t at = i * bits;  // a value begins in one byte and ends in the next
+    const unsigned both = image.bytes[at / 8] | unsigned{image.bytes[at / 8 + 1]} << 8U;
+    out.values[i] = static_cast<std::uint16_t>(both >> at % 8 & ((1U << bits) - 1));
+  }
+  return out;
+}
+
 }  // namespace crane

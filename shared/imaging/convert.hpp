@@ -27,4 +27,11 @@ Result<ImageView> decoded(const ImageView& image, Image& memory);
 /// above.
 Result<Image> to_image(const ImageView& image);
 
+/// Every bit of a grey camera of 10 or 12. Error: WrongSize; Configuration for any other format.
+Result<DeepImage> to_deep(const ImageView& image);
+/// Whether to_deep() takes it.
+constexpr bool is_deep_grey(PixelFormat format) {
+  return format == PixelFormat::kMono10p || format == PixelFormat::kMono12p;
+}
+
 }  // namespace crane

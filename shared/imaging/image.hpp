@@ -28,6 +28,13 @@ struct Image {
   }
 };
 
+/// Grey image of more than 8 bits: values below 2^bits, rows from the top without padding.
+struct DeepImage {
+  std::uint32_t width = 0, height = 0;
+  int bits = 16;  ///< 9 .. 16
+  std::vector<std::uint16_t> values;
+};
+
 Error too_many_pixels(const std::string& name, std::uint64_t width, std::uint64_t height,
                       std::uint64_t max_pixels);
 

@@ -121,12 +121,17 @@ std::vector<CheckedItem> compare(const Commissioning& then, const MountCalibrati
     const double change = item.now - item.then;
     const bool changed = std::abs(change) > kSigmas * item.sigma && std::abs(change) > matter.least;
     item.state = changed ? CheckState::kChanged : CheckState::kSame;
-    item.text = formatted("%s: %.*f %s then, %.*f now", name.what, name.decimals, item.then,
-                          name.unit, name.decimals, item.now);
-    item.text += changed ? formatted(", CHANGED by %.*f +- %.*f %s -> %s", name.decimals, change,
-                                     name.decimals, item.sigma, name.unit, matter.todo)
-                         : formatted(", same within the uncertainty (%.*f %s)", name.decimals,
-                                     item.sigma, name.unit);
+    const std::string unit = name.unit[0] == '\0' ? "" : formatted(" %s", name.unit);
+    item.text = formatted("%s: %.*f%s then, %.*f now", name.what, name.decimals, item.then,
+                          unit.c_str(), name.decimals, item.now);
+    if (changed)
+      item.text += formatted(", CHANGED by %.*f +- %.*f%s -> %s", name.decimals, change,
+                             name.decimals, item.sigma, unit.c_str(), matter.todo);
+    else if (item.sigma > 0)
+      item.text += formatted(", same within the uncertainty (%.*f%s)", name.decimals, item.sigma,
+                             unit.c_str());
+    else
+      item.text += ", same";
     out.push_back(item);
   }
   return out;

@@ -36,8 +36,9 @@ Eigen::Matrix3d told_rotation(const Drive& drive) {
 }
 
 /// What a second rangefinder of the bridge says of its skew, against the mean.
-void follow_skew(const Drive& drive, const MapperConfig& told, const AxisReadings& readings,
+void follow_skew(const Drive& drive, const MountOptions& options, const AxisReadings& readings,
                  MountFit& fit) {
+  const MapperConfig& told = options.told;
   const Readings second(drive.cart_second, drive.frames.front().time, told);
   if (!second.flaw().empty() || !fit.driven[0]) return;
   double xx = 0, xy = 0, mean_second = 0;
@@ -60,7 +61,9 @@ void follow_skew(const Drive& drive, const MapperConfig& told, const AxisReading
     fit.skew_off.push_back(
         (gain * (seconds[i] - mean_second) - fit.gain[0] * (firsts[i] - mean_first)) /
         told.rail_span_m);
-  const double y_at_zero = told.trolley_offset_m + fit.gain[1] * fit.mean_m[1];
+  const double offset_m = options.start_m ? options.start_m->y() - fit.gain[1] * readings[1].at(0)
+                                          : told.trolley_offset_m;
+  const double y_at_zero = offset_m + fit.gain[1] * fit.mean_m[1];
   fit.rail_y_m = told.rail_y_m - y_at_zero;
 }
 
@@ -83,7 +86,7 @@ MountCalibration calibrate_mount(const Drive& drive, const MountOptions& options
                          {options.told.cart_direction, options.told.trolley_direction},
                          options.cart_direction, flaw);
   if (!fit) return useless(drive, options, flaw);
-  if (options.told.rail_span_m != 0) follow_skew(drive, options.told, readings, *fit);
+  if (options.told.rail_span_m != 0) follow_skew(drive, options, readings, *fit);
   if (!refine(drive, readings, *fit))
     return useless(drive, options, "images and readings do not fit together: record another drive");
   std::vector<double> levels_m;

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/write_file.hpp"
+#include "config/yaml_edit.hpp"
 #include "mount/commissioning.hpp"
 #include "recording/calibration.hpp"
 
@@ -53,7 +54,8 @@ MountCalibration of_devices(MountCalibration c, const SiteConfig& site) {
 }
 
 Result<void> write_mount(const MountCalibration& c, const SiteConfig& site,
-                         const std::string& title, const std::string& folder) {
+                         const std::string& site_text, const std::string& title,
+                         const std::string& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (auto done = write(folder + "/mount.txt", mount_text(c)); !done) return done;
@@ -62,7 +64,13 @@ Result<void> write_mount(const MountCalibration& c, const SiteConfig& site,
   if (auto done = write_rig(c.rig, folder, kRate_Hz); !done) return done;
   SiteConfig written = site;
   apply(c, written);
-  if (auto done = write(folder + "/site.yaml", to_yaml(written)); !done) return done;
+  std::string text = to_yaml(written);
+  if (!site_text.empty()) {
+    const auto edited = with_values(site_text, "site.yaml", written);
+    if (!edited) return edited.error();
+    text = *edited;
+  }
+  if (auto done = write(folder + "/site.yaml", text); !done) return done;
   return write(folder + "/commissioning.yaml",
                to_yaml(commissioning_of(of_devices(c, site), today())));
 }

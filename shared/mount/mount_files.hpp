@@ -23,8 +23,11 @@ std::string mount_text(const MountCalibration& calibration);
 std::string mount_page(const MountCalibration& calibration, const std::string& title);
 
 /// Writes into `folder`: cam0/ cam1/ rig.yaml, site.yaml (`site` with what was measured),
-/// commissioning.yaml, mount.txt and mount.html; of a bad one the last two only. Error: Resource.
+/// commissioning.yaml, mount.txt and mount.html; of a bad one the last two only. `site_text`: the
+/// file that `site` was read from, whose comments are kept; empty: there is none. Error: Resource;
+/// Configuration, of with_values().
 Result<void> write_mount(const MountCalibration& calibration, const SiteConfig& site,
-                         const std::string& title, const std::string& folder);
+                         const std::string& site_text, const std::string& title,
+                         const std::string& folder);
 
 }  // namespace crane

@@ -42,15 +42,22 @@ class Plot {
   }
   [[nodiscard]] std::string svg(const char* x_unit, const char* y_unit) const {
     return formatted("<svg viewBox='0 0 %.0f %.0f'>", kWidth, kHeight) + body_ +
-           formatted("<text x='%.0f' y='%.0f'>%.3g %s</text>", kEdge, kHeight - 8, x0_, x_unit) +
-           formatted("<text x='%.0f' y='%.0f' text-anchor='end'>%.3g %s</text>", px(x1_),
-                     kHeight - 8, x1_, x_unit) +
-           formatted("<text x='4' y='%.0f'>%.3g %s</text>", py(y0_), y0_, y_unit) +
-           formatted("<text x='4' y='%.0f'>%.3g %s</text></svg>", py(y1_) + 4, y1_, y_unit);
+           formatted("<text x='%.0f' y='%.0f'>%.*f %s</text>", kEdge, kHeight - 8, places(x0_, x1_),
+                     x0_, x_unit) +
+           formatted("<text x='%.0f' y='%.0f' text-anchor='end'>%.*f %s</text>", px(x1_),
+                     kHeight - 8, places(x0_, x1_), x1_, x_unit) +
+           formatted("<text x='4' y='%.0f'>%.*f %s</text>", py(y0_), places(y0_, y1_), y0_,
+                     y_unit) +
+           formatted("<text x='4' y='%.0f'>%.*f %s</text></svg>", py(y1_) + 4, places(y0_, y1_),
+                     y1_, y_unit);
   }
 
  private:
   static constexpr double kWidth = 480, kHeight = 300, kEdge = 56;
+  /// Digits behind the point, by the range: -0.0008 of a metre is 0.
+  [[nodiscard]] static int places(double low, double high) {
+    return std::clamp(2 - static_cast<int>(std::floor(std::log10(high - low))), 0, 4);
+  }
   [[nodiscard]] double px(double x) const { return kEdge + (x - x0_) * per_x_; }
   [[nodiscard]] double py(double y) const { return kHeight - kEdge - (y - y0_) * per_y_ + 20; }
   double x0_, x1_, y0_, y1_, per_x_ = 1, per_y_ = 1;

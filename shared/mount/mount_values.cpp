@@ -65,24 +65,32 @@ class Values {
   [[nodiscard]] bool both() const { return fit_.driven[0] && fit_.driven[1]; }
 
   void camera() {
-    const Eigen::Matrix3d R = fit_.R_map_rectified * drive_.camera.R_camera_rectified.transpose();
+    // Where a second rangefinder tells how skew the bridge is, the mount is that of a square one.
+    const bool square = !fit_.skew_off.empty();
+    const Eigen::Matrix3d R_rectified =
+        Eigen::AngleAxisd(square ? std::atan(fit_.skew) : 0, Eigen::Vector3d::UnitZ()) *
+        fit_.R_map_rectified;
+    const Eigen::Matrix3d R = R_rectified * drive_.camera.R_camera_rectified.transpose();
     const Eigen::Vector3d now = angles(R);
     Eigen::Matrix3d J;  // of the angles by a turn in the rectified camera's frame
     constexpr double kStep = 1e-5;
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Matrix3d turned = fit_.R_map_rectified *
+      const Eigen::Matrix3d turned = R_rectified *
                                      Eigen::AngleAxisd(-kStep, Eigen::Vector3d::Unit(k)) *
                                      drive_.camera.R_camera_rectified.transpose();
       J.col(k) =
           (angles(turned) - now).unaryExpr([](double d) { return std::remainder(d, 360); }) / kStep;
     }
     const Eigen::Matrix3d C = J * fit_.covariance.topLeftCorner<3, 3>() * J.transpose();
+    const Eigen::Vector3d with_skew = J * fit_.covariance.block<3, 1>(0, MountFit::kSkew);
+    const double yaw_variance =
+        C(2, 2) + (square ? kDeg * (2 * with_skew.z() + kDeg * variance(MountFit::kSkew)) : 0);
     const std::string other = "drive bridge and trolley: one axis alone does not tell";
     const std::string longer = "drive farther, or more slowly";
     const std::string todo = both() ? longer : other;
     set(MountItem::kTiltX, now.x(), std::sqrt(C(0, 0)), both() ? kTilt_deg : -1, todo);
     set(MountItem::kTiltY, now.y(), std::sqrt(C(1, 1)), both() ? kTilt_deg : -1, todo);
-    set(MountItem::kYaw, now.z(), std::sqrt(C(2, 2)), kTilt_deg, longer);
+    set(MountItem::kYaw, now.z(), std::sqrt(std::max(0.0, yaw_variance)), kTilt_deg, longer);
     set(MountItem::kHeight, fit_.height_m,
         std::hypot(std::sqrt(variance(MountFit::kHeight)), depth_share() * fit_.height_m),
         both() ? kHeightShare * fit_.height_m : -1, todo);
@@ -157,7 +165,11 @@ class Values {
       } else if (std::abs(readings_[k].mps(t)) > kStands_mps) {
         leave(item, "it moved when the recording began: begin while it stands");
       } else {
-        const double offset = (*options_.start_m)[int(k)] - gain(k) * readings_[k].at(t);
+        double start = (*options_.start_m)[int(k)];
+        if (k == 0 && !fit_.skew_off.empty())  // of the first rail, from where the trolley stood
+          start -= (fit_.skew + fit_.skew_off.front()) *
+                   (options_.start_m->y() - options_.told.rail_y_m);
+        const double offset = start - gain(k) * readings_[k].at(t);
         const double by_scale = std::sqrt(variance(MountFit::kGain + int(k))) * readings_[k].at(t);
         set(item, offset, std::hypot(fit_.reading_sigma_m[k], by_scale), 1,
             "the readings are too rough");

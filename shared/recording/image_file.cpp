@@ -133,6 +133,20 @@ Result<std::vector<std::uint8_t>> encode_image(const Image& image, const std::st
   return Error{ErrorCode::kResource, format, "cannot be encoded", ""};
 }
 
+Result<std::vector<std::uint8_t>> encode_deep(const DeepImage& image) {
+  expects(image.values.size() == std::size_t(image.width) * image.height,
+          "values fit the image size");
+  const cv::Mat mat(static_cast<int>(image.height), static_cast<int>(image.width), CV_16UC1,
+                    const_cast<std::uint16_t*>(image.values.data()));
+  std::vector<std::uint8_t> bytes;
+  try {
+    if (cv::imencode(".png", mat, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1})) return bytes;
+  } catch (const cv::Exception& e) {
+    return Error{ErrorCode::kResource, "png", e.err, ""};
+  }
+  return Error{ErrorCode::kResource, "png", "cannot be encoded", ""};
+}
+
 Result<void> write_image(const std::string& path, const Image& image) {
   expects(image.bytes.size() == std::size_t(image.width) * image.height * image.channels,
           "bytes fit the image size");

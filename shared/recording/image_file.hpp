@@ -26,4 +26,7 @@ Result<std::vector<std::uint8_t>> encode_image(const Image& image, const std::st
 /// Writes by extension: .png or .jpg (quality 95). Error: Resource.
 Result<void> write_image(const std::string& path, const Image& image);
 
+/// PNG of 16 bits whose values are as they are; who reads it must be told how many bits count.
+Result<std::vector<std::uint8_t>> encode_deep(const DeepImage& image);
+
 }  // namespace crane

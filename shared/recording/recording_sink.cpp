@@ -53,6 +53,8 @@ Result<void> write_image_bytes(const std::string& path, const std::vector<std::u
 Result<RecordingSink> RecordingSink::create(const SinkOptions& options, const StereoRig& rig,
                                             double rate_hz, const RangefinderModel& rangefinder) {
   RecordingSink sink(options);
+  sink.rig_ = rig;
+  sink.rate_hz_ = rate_hz;
   sink.model_ = rangefinder;
   std::error_code failed;
   fs::create_directories(options.folder, failed);
@@ -89,9 +91,35 @@ Result<void> RecordingSink::add_frame(TimeNs time, const Image& left, const Imag
   const auto right_bytes = other.get();
   if (!left_bytes) return left_bytes.error();
   if (!right_bytes) return right_bytes.error();
-  auto written = write_image_bytes(image_path(0, time), *left_bytes);
+  return add_files(time, *left_bytes, *right_bytes);
+}
+
+Result<void> RecordingSink::add_frame(TimeNs time, const DeepImage& left, const DeepImage& right) {
+  expects(is_lossless() && left.bits == right.bits, "both are of one kind, and PNG");
+  if (rig_.left.bits != left.bits) {
+    if (rig_.left.bits != 0)
+      return Error{ErrorCode::kConfiguration, options_.folder,
+                   "has images of " + std::to_string(rig_.left.bits) + " bits, now they have " +
+                       std::to_string(left.bits),
+                   "end this recording and begin another"};
+    StereoRig rig = rig_;
+    rig.left.bits = rig.right.bits = left.bits;
+    if (auto written = write_rig(rig, options_.folder, rate_hz_); !written) return written;
+    rig_ = rig;
+  }
+  auto other = std::async(std::launch::async, [&] { return encode_deep(right); });
+  const auto left_bytes = encode_deep(left);
+  const auto right_bytes = other.get();
+  if (!left_bytes) return left_bytes.error();
+  if (!right_bytes) return right_bytes.error();
+  return add_files(time, *left_bytes, *right_bytes);
+}
+
+Result<void> RecordingSink::add_files(TimeNs time, const std::vector<std::uint8_t>& left,
+                                      const std::vector<std::uint8_t>& right) {
+  auto written = write_image_bytes(image_path(0, time), left);
   if (!written) return written;
-  written = write_image_bytes(image_path(1, time), *right_bytes);
+  written = write_image_bytes(image_path(1, time), right);
   if (!written) {
     std::error_code ignored;
     fs::remove(image_path(0, time), ignored);
@@ -99,7 +127,7 @@ Result<void> RecordingSink::add_frame(TimeNs time, const Image& left, const Imag
   }
   for (SensorIndex& camera : cameras_)
     camera.add(time, std::to_string(time) + "." + options_.format);
-  frames_.push_back({time, left_bytes->size() + right_bytes->size()});
+  frames_.push_back({time, left.size() + right.size()});
   bytes_ += frames_.back().bytes;
   return {};
 }

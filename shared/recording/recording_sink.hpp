@@ -35,6 +35,9 @@ class RecordingSink {
 
   /// Error: Resource, and the frame is not in the recording.
   Result<void> add_frame(TimeNs time, const Image& left, const Image& right);
+  /// Grey of more than 8 bits, as PNG whatever the format of the others. The first says in
+  /// sensor.yaml how many bits count; one with other bits is an error: Configuration.
+  Result<void> add_frame(TimeNs time, const DeepImage& left, const DeepImage& right);
   /// NaN: the device gave none. The first accuracy of a sensor goes into its sensor.yaml.
   /// Error: Resource, when a sensor's first reading finds no room.
   Result<void> add_distance(Sensor sensor, TimeNs time, double distance_m, double accuracy_m);
@@ -47,6 +50,8 @@ class RecordingSink {
   [[nodiscard]] std::size_t frames() const { return frames_.size(); }
   /// Of the images.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  /// Whether images are kept as they are.
+  [[nodiscard]] bool is_lossless() const { return options_.format == "png"; }
   [[nodiscard]] bool is_ring() const { return options_.ring > 0; }
   /// The limit is reached, and there is no ring to give up its oldest.
   [[nodiscard]] bool full() const {
@@ -60,10 +65,14 @@ class RecordingSink {
   };
   explicit RecordingSink(SinkOptions options) : options_(std::move(options)) {}
   [[nodiscard]] std::string image_path(int side, TimeNs time) const;
+  Result<void> add_files(TimeNs time, const std::vector<std::uint8_t>& left,
+                         const std::vector<std::uint8_t>& right);
   Result<SensorIndex> make_index(const std::string& sensor, const std::string& header) const;
   void shrink();
 
   SinkOptions options_;
+  StereoRig rig_;
+  double rate_hz_ = 0;
   RangefinderModel model_;
   std::vector<SensorIndex> cameras_;                  ///< left, right
   std::array<std::optional<SensorIndex>, 3> ranges_;  ///< as Sensor counts

@@ -7,6 +7,7 @@
 #include "base/utf8.hpp"
 #include "config/reference.hpp"
 #include "config/site_config.hpp"
+#include "config/yaml_edit.hpp"
 #include "config/yaml_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -14,6 +15,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto config = crane::parse_site_config(text, "fuzz")) {
     const auto again = crane::parse_site_config(crane::to_yaml(*config), "again");
     if (!again || !crane::changed_keys(*again, *config).empty()) __builtin_trap();
+    crane::SiteConfig wanted = *config;
+    const auto same = crane::with_values(text, "fuzz", wanted);
+    if (!same || *same != text) __builtin_trap();
+    wanted.mapper.cart_direction = -wanted.mapper.cart_direction;
+    wanted.mapper.trolley_offset_m += 0.125;
+    wanted.hoist.offset_x_m = 0.25;
+    for (auto& r : wanted.rangefinders) r.scale = 1.0 / 3;
+    (void)crane::with_values(text, "fuzz", wanted);
   }
   (void)crane::described(text);
   if (crane::first_not_utf8(crane::with_bytes_escaped(text)) != std::string::npos) __builtin_trap();

@@ -10,12 +10,15 @@
 #include <atomic>
 #include <fstream>
 #include <list>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
 #include <thread>
 
 #include "config/site_config.hpp"
 #include "crane/client/map.hpp"
+#include "http/client.hpp"
 #include "recording/calibration.hpp"
 #include "recording/image_file.hpp"
 #include "system/process.hpp"
@@ -62,7 +65,7 @@ void render_board(const std::string& folder) {
 /// The camera's pictures as they come, changed by what somebody did to the camera.
 class Meddler {
  public:
-  enum Mode { kFine, kCapRight, kLightOff, kSwapped };
+  enum Mode { kFine, kCapRight, kLightOff, kSwapped, kBumped };
   Meddler(std::string from, std::string to)
       : from_(std::move(from)), to_(std::move(to)), thread_([this] { work(); }) {}
   ~Meddler() {
@@ -88,6 +91,7 @@ class Meddler {
           if (!image) continue;
           if (now == kLightOff || (now == kCapRight && side == "right"))
             for (auto& byte : image.value().bytes) byte = static_cast<std::uint8_t>(byte / 40);
+          if (now == kBumped) turn_down(image.value());
           const std::string file = to_ + "/" + side + "/" + name;
           (void)write_image(to_ + "/" + side + "." + name, image.value());
           fs::rename(to_ + "/" + side + "." + name, file, failed);
@@ -95,6 +99,21 @@ class Meddler {
       }
       std::this_thread::sleep_for(20ms);
     }
+  }
+
+  /// As if somebody had knocked against the camera: it looks a degree elsewhere. A turn about its
+  /// centre, hence a homography; an image that was only shifted would not be one of a tilted
+  /// camera.
+  static void turn_down(Image& image) {
+    const cv::Matx33d K(kCamera.f_px, 0, kCamera.cx_px, 0, kCamera.f_px, kCamera.cy_px, 0, 0, 1);
+    cv::Matx33d R;
+    cv::Rodrigues(cv::Vec3d(M_PI / 180, 0, 0), R);
+    const cv::Mat before(int(image.height), int(image.width), CV_8UC(int(image.channels)),
+                         image.bytes.data());
+    cv::Mat after;
+    cv::warpPerspective(before, after, K * R * K.inv(), before.size(), cv::INTER_LINEAR,
+                        cv::BORDER_REFLECT);
+    std::copy_n(after.data, image.bytes.size(), image.bytes.begin());
   }
 
   std::string from_, to_;
@@ -135,7 +154,7 @@ class Commission : public ::testing::Test {
 
   Finished commission(std::vector<std::string> more = {}) {
     std::ofstream site(folder_ / "devices.yaml");
-    site << to_yaml(site_);
+    site << "# The hall's keeper: tel. 4711\n" << to_yaml(site_);
     site.close();
     std::ofstream answers(folder_ / "answers.yaml");
     for (const auto& [key, value] : answers_) answers << key << ": '" << value << "'\n";
@@ -165,6 +184,15 @@ class Commission : public ::testing::Test {
   std::map<std::string, std::string> answers_;
 };
 
+/// What 'check' found changed, line by line.
+std::vector<std::string> changes(const std::string& output) {
+  std::vector<std::string> out;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("CHANGED")) out.push_back(line);
+  return out;
+}
+
 TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   // The wrong serial port; corrected in the configuration, begun anew.
   const std::string port = site_.rangefinders[0].port;
@@ -193,9 +221,12 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   expect_failure("too short", "drive the bridge over");
 
   answers_["drive_s"] = "16";
-  const Finished done = commission();
-  EXPECT_EQ(done.code, 0) << done.output;
+  Finished done = commission();
   EXPECT_THAT(done.output, HasSubstr("direction is another than was told"));
+  // A busy machine renders few frames and answers late, which is said; a technician drives longer.
+  answers_["drive_s"] = "30";
+  for (int more = 0; more < 2 && done.code == 2; ++more) done = commission();
+  EXPECT_EQ(done.code, 0) << done.output;
   const auto rig = read_rig(folder_ / "site");
   ASSERT_TRUE(rig.ok()) << done.output;
   EXPECT_NEAR(rig.value().camera_height_m(), 1.95, 0.02);
@@ -203,6 +234,10 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   ASSERT_TRUE(site.ok()) << site.error().text();
   EXPECT_EQ(site.value().mapper.cart_direction, 1) << done.output;
   EXPECT_EQ(site.value().camera.path, site_.camera.path);
+  std::ifstream file(folder_ / "site/site.yaml");
+  std::string first;
+  std::getline(file, first);
+  EXPECT_EQ(first, "# The hall's keeper: tel. 4711");
   // As systemd's units look for it.
   EXPECT_TRUE(fs::exists(folder_ / "site/calibration/cam1/sensor.yaml"));
   EXPECT_TRUE(fs::exists(folder_ / "site/commission/map/map_view.png"));
@@ -210,6 +245,35 @@ TEST_F(Commission, FromAnEmptyFolderToAValidMapThroughAllMistakes) {
   const Finished again = commission();
   EXPECT_EQ(again.code, 0) << again.output;
   EXPECT_THAT(again.output, ::testing::Not(HasSubstr("==")));
+
+  // In service, later: nothing has changed; then somebody knocks against the camera; then nothing
+  // runs any more.
+  const std::vector<std::string> check = {"check", "--site", folder_ / "site", "--for", "16s"};
+  {
+    Process services({"cranemap", "serve", "--site", folder_ / "site", "camera", "rangefinder",
+                      "stereo", "mapper", "--state", folder_ / "state"},
+                     folder_ / "services.txt");
+    const Finished same = run(check, folder_.path(), 100);
+    // Under load an emulated rangefinder really answers later, and is said to.
+    EXPECT_THAT(changes(same.output), ::testing::Each(HasSubstr("come late by"))) << same.output;
+    EXPECT_EQ(same.code, changes(same.output).empty() ? 0 : 1) << same.output << services.output();
+    EXPECT_THAT(same.output, HasSubstr("camera above the floor"));
+    meddler_->mode = Meddler::kBumped;
+    const Finished bumped = run(check, folder_.path(), 100);
+    EXPECT_EQ(bumped.code, 1) << bumped.output;
+    EXPECT_THAT(changes(bumped.output),
+                ::testing::Contains(HasSubstr("the camera has turned: look for loose bolts")))
+        << bumped.output;
+    services.signal(SIGTERM);
+    EXPECT_EQ(services.wait(20), 0) << services.output();
+  }
+  const Finished nothing =
+      run({"check", "--site", folder_ / "site", "--for", "3s"}, folder_.path(), 60);
+  EXPECT_NE(nothing.code, 0) << nothing.output;
+  EXPECT_THAT(nothing.output, HasSubstr("cranemap doctor"));
+  for (const auto& left : fs::directory_iterator(fs::temp_directory_path()))
+    EXPECT_THAT(left.path().filename().string(),
+                ::testing::Not(::testing::StartsWith("cranemap-check-")));
 }
 
 TEST_F(Commission, SaysWhichAnswerIsMissingAndIsBrokenOffAndGoneOnWith) {
@@ -260,6 +324,18 @@ TEST(SeveralCranes, TwoOnOneHostHaveTheirOwnPortsStatesAndMaps) {
     maps.insert(map->status().map_id);
   }
   EXPECT_EQ(maps.size(), 2U);
+  // What the one dashboard of both asks for: each crane at its own port, under its own label.
+  constexpr int kMapper = 4;
+  for (const int crane : {1, 2}) {
+    const std::string valid = "cranemap_map_valid{crane=\"" + std::to_string(crane) + "\"";
+    std::string page;
+    EXPECT_TRUE(eventually(20s, [&] {
+      const auto got = http::get("127.0.0.1", port + 20 * (crane - 1) + kMapper, "/metrics");
+      if (got) page = got->body;
+      return page.find(valid) != std::string::npos;
+    })) << page;
+    EXPECT_THAT(page, ::testing::Not(HasSubstr("crane=\"" + std::to_string(3 - crane) + "\"")));
+  }
   for (Process& process : processes)
     EXPECT_THAT(process.output(), ::testing::Not(HasSubstr("starts again"))) << "all have a port";
   // A third one that was given the ports of the first.

@@ -137,7 +137,7 @@ TEST_F(RangefinderLive, DoctorAsksThem) {
   Finished said = doctor();
   EXPECT_TRUE(eventually(20s, [&] {
     said = doctor();
-    return said.output.find("dimetix measures 3.000000 m") != std::string::npos;
+    return said.output.find("dimetix measures 3.0000 m") != std::string::npos;
   })) << said.output;
   EXPECT_NE(said.output.find("trolley-line: no such device"), std::string::npos) << said.output;
   EXPECT_EQ(said.code, 3);

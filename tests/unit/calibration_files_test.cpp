@@ -93,7 +93,7 @@ TEST(CalibrationFiles, EachFormatKeepsWhatItHoldsToANanometre) {
     round_trip(with_k3(), format);
   for (const F format : {F::kCranemap, F::kRos, F::kOpencv, F::kOpencvXml, F::kZed})
     round_trip(asymmetrical(LensModel::kRational), format);
-  for (const F format : {F::kCranemap, F::kKalibr, F::kRos, F::kOrbSlam})
+  for (const F format : {F::kCranemap, F::kKalibr, F::kRos, F::kOrbSlam, F::kZed})
     round_trip(asymmetrical(LensModel::kEquidistant), format);
 }
 
@@ -103,7 +103,7 @@ TEST(CalibrationFiles, WhatAFormatCannotHoldIsRefusedNotDropped) {
     EXPECT_THAT(refused(rational, format), HasSubstr("rational lens"));
   for (const F format : {F::kEuroc, F::kKalibr})
     EXPECT_THAT(refused(with_k3(), format), HasSubstr("k3"));
-  for (const F format : {F::kEuroc, F::kOpencv, F::kOpencvXml, F::kZed})
+  for (const F format : {F::kEuroc, F::kOpencv, F::kOpencvXml})
     EXPECT_THAT(refused(asymmetrical(LensModel::kEquidistant), format), HasSubstr("equidistant"));
   EXPECT_THAT(refused(rational, F::kMrcal), HasSubstr("only read"));
   StereoRig odd = rational;
@@ -269,6 +269,75 @@ TEST(CalibrationFiles, ZedFilesOfAllYearsSayTheSame) {
   EXPECT_THAT(
       parse_calibration({{"SN1.conf", with(plain, "119.7", "119,7")}}, F::kZed, {}).error().text(),
       HasSubstr("SN1.conf:16: '119,7' is not a decimal number"));
+}
+
+/// The maker's zed-opencv-calibration calibrates by cv::stereoCalibrate and writes its R and T:
+/// views of a board by a known rig, calibrated in the same way, must be read as that rig.
+TEST(CalibrationFiles, AZedFileByTheMakersToolIsTheRigThatSawTheBoard) {
+  StereoRig truth = asymmetrical(LensModel::kRadialTangential);
+  for (CameraModel* c : {&truth.left, &truth.right}) c->k1 = c->k2 = c->p1 = c->p2 = 0;
+  const Eigen::Isometry3d T_right_left = truth.T_right_left();
+  std::vector<std::vector<cv::Point3f>> board;
+  std::vector<std::vector<cv::Point2f>> seen[2];
+  for (int view = 0; view < 8; ++view) {
+    const Eigen::AngleAxisd turn(
+        0.4, Eigen::Vector3d(std::cos(view), std::sin(view), 0.2 * view).normalized());
+    board.emplace_back();
+    for (auto& s : seen) s.emplace_back();
+    for (int i = 0; i < 54; ++i) {
+      const Eigen::Vector3d on(40.0 * (i % 9), 40.0 * (i / 9), 0);  // [mm], as the tool has it
+      const Eigen::Vector3d p = turn * (1e-3 * on) + Eigen::Vector3d(-0.15, -0.1, 0.7 + 0.1 * view);
+      board.back().emplace_back(float(on.x()), float(on.y()), 0.F);
+      for (const int side : {0, 1}) {
+        const CameraModel& c = side == 0 ? truth.left : truth.right;
+        const Eigen::Vector3d q = side == 0 ? p : Eigen::Vector3d(T_right_left * p);
+        seen[side].back().emplace_back(float(c.fx_px * q.x() / q.z() + c.cx_px),
+                                       float(c.fy_px * q.y() / q.z() + c.cy_px));
+      }
+    }
+  }
+  cv::Mat K[2], D[2], R, T, E, F_, turn;
+  for (const int side : {0, 1}) {
+    const CameraModel& c = side == 0 ? truth.left : truth.right;
+    K[side] = (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+    D[side] = cv::Mat::zeros(1, 5, CV_64F);
+  }
+  cv::stereoCalibrate(board, seen[0], seen[1], K[0], D[0], K[1], D[1], {1280, 720}, R, T, E, F_,
+                      cv::CALIB_FIX_INTRINSIC);
+  cv::Rodrigues(R, turn);
+  std::ostringstream text;
+  text.precision(12);
+  for (const int side : {0, 1})
+    text << (side == 0 ? "[LEFT_CAM_HD]" : "[RIGHT_CAM_HD]")
+         << "\nfx = " << K[side].at<double>(0, 0) << "\nfy = " << K[side].at<double>(1, 1)
+         << "\ncx = " << K[side].at<double>(0, 2) << "\ncy = " << K[side].at<double>(1, 2)
+         << "\n\n";
+  for (const char* side : {"LEFT", "RIGHT"})
+    text << "[" << side
+         << "_DISTO]\nk1 = 0\nk2 = 0\np1 = 0\np2 = 0\nk3 = 0\nk4 = 0\nk5 = 0\nk6 = 0\n";
+  text << "[STEREO]\nBaseline = " << -T.at<double>(0) << "\nTY = " << T.at<double>(1)
+       << "\nTZ = " << T.at<double>(2) << "\nCV_HD = " << turn.at<double>(1)
+       << "\nRX_HD = " << turn.at<double>(0) << "\nRZ_HD = " << turn.at<double>(2) << "\n\n";
+  const auto read = parse_calibration({{"SN1.conf", text.str()}}, F::kZed, {});
+  ASSERT_TRUE(read) << read.error().text();
+  const Eigen::Isometry3d off = read.value().T_left_right * truth.T_left_right.inverse();
+  EXPECT_LT(Eigen::AngleAxisd(off.linear()).angle(), 1e-5);
+  EXPECT_LT(off.translation().norm(), 1e-5);
+}
+
+/// A fisheye has k1 to k4 and no p1: read as k4 of a rational lens it would be another camera.
+TEST(CalibrationFiles, AZedFisheyeIsEquidistant) {
+  const std::string eye = "fx=700\nfy=701\ncx=960.5\ncy=600.5\n";
+  const std::string lens = "k1=0.05\nk2=-0.01\nk3=0.002\nk4=-0.0003\n";
+  const std::string text = "[LEFT_CAM_FHD1200]\n" + eye + "[RIGHT_CAM_FHD1200]\n" + eye +
+                           "[LEFT_DISTO]\n" + lens + "[RIGHT_DISTO]\n" + lens +
+                           "[STEREO]\nBaseline=120\nTY=0\nTZ=0\nCV_FHD1200=0\nRX_FHD1200=0\n"
+                           "RZ_FHD1200=0\n";
+  const auto rig = parse_calibration({{"SN1.conf", text}}, F::kZed, {});
+  ASSERT_TRUE(rig) << rig.error().text();
+  EXPECT_EQ(rig.value().left.lens, LensModel::kEquidistant);
+  EXPECT_EQ(rig.value().right.k3, 0.002);
+  EXPECT_EQ(rig.value().right.k4, -0.0003);
 }
 
 /// Written by mrcal-from-kalibr and its like; here by hand, with what a real one carries.

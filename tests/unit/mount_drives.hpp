@@ -24,6 +24,15 @@ struct DriveRecipe {
   double objects = 0;  ///< share of the points that stand 0.5 m high
   double load = 0;     ///< share of a frame's points that come along with the camera
   double walkers = 0;  ///< share of the points that move by themselves
+  Eigen::Vector2d eye_m = Eigen::Vector2d::Zero();  ///< camera minus (bridge, trolley)
+  /// Points of a hook: its lowest point's height, and where it hangs from bridge and trolley.
+  double hook_height_m = 0;
+  Eigen::Vector2d hook_m = Eigen::Vector2d::Zero();
+  /// Two rangefinders of the bridge, the first at map y rail_y_m; its skew, tangent about -z,
+  /// swings by this about `skew`. 0: one.
+  double rail_span_m = 0, rail_y_m = 0, skew_swing = 0;
+  int second_direction = 1;
+  double second_offset_m = 0;
   double seconds = 30, frames_hz = 8, readings_hz = 20;
   std::size_t points_seen = 120;
   unsigned seed = 1;
@@ -53,6 +62,11 @@ inline Eigen::Vector2d drive_at(const DriveRecipe& r, double t) {
   return p;
 }
 
+/// How skew the bridge is: metres of map x by metre of map y.
+inline double skew_at(const DriveRecipe& r, double t) {
+  return r.skew + r.skew_swing * std::sin(2 * std::numbers::pi * t / 11);
+}
+
 inline Eigen::Matrix3d camera_rotation(double tilt_x_deg, double tilt_y_deg, double yaw_deg) {
   constexpr double kRad = std::numbers::pi / 180;
   const Eigen::Vector3d down =
@@ -76,9 +90,9 @@ inline Drive make_drive(const DriveRecipe& r) {
   }
   d.rig.T_left_right.translation().x() = 0.12;
   d.rig.T_map_camera_at_zero.linear() = camera_rotation(0, 0, r.told_yaw_deg);
-  d.rig.T_map_camera_at_zero.translation().z() = r.told_height_m;
+  d.rig.T_map_camera_at_zero.translation() << r.eye_m, r.told_height_m;
   d.told_height_m = r.told_height_m;
-  const Eigen::Matrix3d R = camera_rotation(r.tilt_x_deg, r.tilt_y_deg, r.yaw_deg);
+  const Eigen::Matrix3d R_at_zero = camera_rotation(r.tilt_x_deg, r.tilt_y_deg, r.yaw_deg);
   std::mt19937 random(r.seed);
   std::normal_distribution<double> noise(0, 1);
   std::uniform_real_distribution<double> one(0, 1);
@@ -93,6 +107,12 @@ inline Drive make_drive(const DriveRecipe& r) {
           .push_back(
               {at_time(t + r.delay_s[i]), r.scale[i] * length + r.reading_noise_m * noise(random)});
     }
+  }
+  for (double t = 0.011; r.rail_span_m != 0 && t < r.seconds; t += 1 / r.readings_hz) {
+    const double x = drive_at(r, t).x() + skew_at(r, t) * r.rail_span_m;
+    d.cart_second.push_back(
+        {at_time(t + r.delay_s[0]), r.scale[0] * (r.second_direction * (x - r.second_offset_m)) +
+                                        r.reading_noise_m * noise(random)});
   }
   if (r.spoil_cart) r.spoil_cart(d.cart);
   struct World {
@@ -114,7 +134,16 @@ inline Drive make_drive(const DriveRecipe& r) {
   for (std::size_t n = 0; double(n) / r.frames_hz < r.seconds - 1; ++n) {
     const double t = double(n) / r.frames_hz;
     const Eigen::Vector2d g = drive_at(r, t);
-    const Eigen::Vector3d eye(g.x() + r.skew * g.y(), g.y(), r.height_m);
+    // One rangefinder alone sees the trolley's way run skew; two see the bridge itself turn.
+    const bool rails = r.rail_span_m != 0;
+    const double per_m = skew_at(r, t);
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(rails ? -std::atan(per_m) : 0, Eigen::Vector3d::UnitZ())
+            .toRotationMatrix();
+    const Eigen::Matrix3d R = turn * R_at_zero;
+    const Eigen::Vector3d trolley(g.x() + per_m * (g.y() - (rails ? r.rail_y_m : 0)), g.y(), 0);
+    const Eigen::Vector3d eye =
+        trolley + turn * Eigen::Vector3d(r.eye_m.x(), r.eye_m.y(), r.height_m);
     DriveFrame frame;
     frame.time = at_time(t);
     const auto see = [&](const Eigen::Vector3d& p, std::size_t track) {
@@ -126,6 +155,13 @@ inline Drive make_drive(const DriveRecipe& r) {
     const auto on_load = std::size_t(r.load * double(r.points_seen));
     for (std::size_t i = 0; i < on_load; ++i)
       see({0.3 + 0.01 * double(i % 20), 0.02 * double(i / 20), 1.2}, 100'000 + i);
+    for (std::size_t i = 0; r.hook_height_m > 0 && i < 12; ++i) {
+      const double a = 0.5 * double(i);
+      const Eigen::Vector3d below(r.hook_m.x() + 0.04 * std::cos(a),
+                                  r.hook_m.y() + 0.04 * std::sin(a),
+                                  r.hook_height_m + 0.02 * double(i));
+      see(R.transpose() * (trolley + turn * below - eye), 200'000 + i);
+    }
     for (World& w : world) {
       if (frame.sightings.size() >= r.points_seen) break;
       Eigen::Vector3d place = w.p;
@@ -142,8 +178,11 @@ inline Drive make_drive(const DriveRecipe& r) {
   }
   for (DriveFrame& frame : d.frames)
     for (Sighting& s : frame.sightings)
-      if (s.track >= 100'000) s.track = s.track - 100'000 + d.tracks;
-  d.tracks += std::size_t(r.load * double(r.points_seen));
+      if (s.track >= 200'000)
+        s.track = s.track - 200'000 + d.tracks;
+      else if (s.track >= 100'000)
+        s.track = s.track - 100'000 + d.tracks + 12;
+  d.tracks += 12 + std::size_t(r.load * double(r.points_seen));
   d.recorded_frames = d.frames.size();
   return d;
 }

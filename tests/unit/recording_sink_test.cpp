@@ -10,8 +10,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "imaging/convert.hpp"
 #include "recording/recording.hpp"
 #include "temp_folder.hpp"
 
@@ -98,6 +100,48 @@ TEST(RecordingSink, WhatItWroteIsReadBackExactly) {
   EXPECT_EQ(recording->cart_model().accuracy_m, 0.002);
   EXPECT_EQ(recording->hoist()[0].hook_height_m, 1.0 / 7);
   EXPECT_TRUE(recording->cart_second().empty());
+}
+
+/// A camera of 12 bits: every bit is in the files, and what is made of them is what was made live.
+TEST(RecordingSink, KeepsEveryBitOfADeepGreyCamera) {
+  constexpr std::uint32_t kWide = 32, kHigh = 16;
+  for (const auto& [format, bits] :
+       {std::pair{PixelFormat::kMono10p, 10U}, std::pair{PixelFormat::kMono12p, 12U}}) {
+    const TempFolder folder;
+    RecordingSink sink = sink_in(folder / "rec");
+    add_positions(sink, kStart);
+    std::vector<std::uint16_t> values(kWide * kHigh);
+    std::vector<std::uint8_t> packed(values.size() * bits / 8);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = static_cast<std::uint16_t>(i * 2477 % (1U << bits));
+      for (std::size_t b = 0; b < bits; ++b)
+        if (values[i] >> b & 1U)
+          packed[(i * bits + b) / 8] =
+              static_cast<std::uint8_t>(packed[(i * bits + b) / 8] | 1U << (i * bits + b) % 8);
+    }
+    const ImageView view{format, kWide, kHigh, packed};
+    const auto deep = to_deep(view);
+    ASSERT_TRUE(deep) << deep.error().text();
+    EXPECT_EQ(deep->values, values);
+    ASSERT_TRUE(sink.add_frame(kStart + 20, *deep, *deep));
+    DeepImage other = *deep;
+    other.bits = 14;
+    EXPECT_FALSE(sink.add_frame(kStart + 30, other, other));
+    ASSERT_TRUE(sink.flush());
+    const auto recording = Recording::open(folder / "rec");
+    ASSERT_TRUE(recording) << recording.error().text();
+    EXPECT_EQ(recording->rig().left.bits, int(bits));
+    const std::string file = recording->frames().at(0).left_file;
+    const cv::Mat stored = cv::imread(file, cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(stored.type(), CV_16UC1);
+    EXPECT_TRUE(std::equal(values.begin(), values.end(), stored.ptr<std::uint16_t>()));
+    std::vector<std::uint8_t> live;
+    ASSERT_TRUE(to_grey(view, live));
+    EXPECT_EQ(read_image(file, 1'000'000, int(bits))->bytes, live);
+  }
+  const std::vector<std::uint8_t> bytes(64);
+  EXPECT_FALSE(to_deep({PixelFormat::kMono8, 8, 8, bytes}));
+  EXPECT_FALSE(to_deep({PixelFormat::kMono12p, 8, 8, bytes}));
 }
 
 TEST(RecordingSink, RefusesAFolderThatHoldsSomething) {
