@@ -133,12 +133,16 @@ class Watcher {
     limits.answer_deadline = 60s;
     limits.streams = std::size_t(c.pages);
     limits.threads = 4;
-    auto server = http::Server::start(c.address, c.port, std::move(router), limits);
+    std::optional<http::TlsFiles> tls;
+    if (c.tls()) tls = http::TlsFiles{c.tls_certificate, c.tls_key, c.tls_client_ca};
+    auto server = http::Server::start(c.address, c.port, std::move(router), limits, tls);
+    if (!server && server.error().code == ErrorCode::kConfiguration) return server.error();
     if (!server)
       return Error{ErrorCode::kResource, server.error().where, server.error().what,
                    "give gateway.address and gateway.port what is free"};
     server_ = std::move(*server);
-    log_info("page and API: http://" + c.address + ":" + std::to_string(server_->port()) + "/");
+    log_info("page and API: " + std::string(c.tls() ? "https" : "http") + "://" + c.address + ":" +
+             std::to_string(server_->port()) + "/");
     return {};
   }
 
