@@ -108,10 +108,10 @@ function rawClient(url, protocol) {
   return raw;
 }
 
-/** Whether the kernel still has the connection: who does not read is not told of its end. */
+/** Whether the gateway still holds the connection: who does not read is not told of its end. */
 function isOpen(socket) {
   const port = `:${socket.localPort.toString(16).toUpperCase().padStart(4, "0")}`;
-  const line = readFileSync("/proc/net/tcp", "latin1").split("\n").find((l) => l.trim().split(/\s+/)[1]?.endsWith(port));
+  const line = readFileSync("/proc/net/tcp", "latin1").split("\n").find((l) => l.trim().split(/\s+/)[2]?.endsWith(port));
   return line?.trim().split(/\s+/)[3] === "01";
 }
 
