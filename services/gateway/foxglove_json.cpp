@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/foxglove_json.hpp"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
+
+#include "http/base64.hpp"
 
 namespace crane::gateway::foxglove {
 
@@ -32,12 +32,7 @@ std::string with_data(const Json& message, const std::string& data) {
   std::string out = message.dump();
   out.pop_back();
   out += ",\"data\":\"";
-  const std::size_t at = out.size();
-  out.resize(at + 4 * ((data.size() + 2) / 3) + 1);  // and a zero
-  const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data() + at),
-                                     reinterpret_cast<const unsigned char*>(data.data()),
-                                     static_cast<int>(data.size()));
-  out.resize(at + std::size_t(length));
+  http::add_base64(out, data);
   return out + "\"}";
 }
 

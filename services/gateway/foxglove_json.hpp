@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Geometry>
 #include <string>
 
 #include "base/clock.hpp"
 #include "gateway/json.hpp"
+#include "geometry/stereo_rig.hpp"
 
 namespace crane::gateway::foxglove {
 

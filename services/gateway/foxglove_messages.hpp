@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 
@@ -9,6 +8,7 @@
 #include "base/result.hpp"
 #include "crane/client/map.hpp"
 #include "dds/topics.hpp"
+#include "geometry/stereo_rig.hpp"
 #include "map_codec/octomap_file.hpp"
 
 namespace crane::gateway::foxglove {
