@@ -4,8 +4,9 @@
 // usage: node foxglove_test.mjs PROGRAMS RECORDING OUT    logs go to OUT
 
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { randomBytes } from "node:crypto";
-import { mkdirSync, readFileSync } from "node:fs";
+import { appendFileSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { connect } from "node:net";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
@@ -44,9 +45,10 @@ class Viewer {
   statuses = [];
   newest = new Map(); // by topic
   counts = new Map();
+  log = [];
 
-  constructor(url, protocols) {
-    this.socket = new WebSocket(url, protocols);
+  constructor(url, protocols, tls = {}) {
+    this.socket = new WebSocket(url, protocols, tls);
     this.client = new FoxgloveClient({ ws: this.socket });
     this.client.on("serverInfo", (info) => (this.info = info));
     this.client.on("status", (status) => this.statuses.push(status));
@@ -58,6 +60,7 @@ class Viewer {
       const topic = topics.get(subscriptionId) ?? "of no subscription of ours";
       const message = JSON.parse(Buffer.from(data.buffer, data.byteOffset, data.byteLength).toString());
       this.newest.set(topic, { timestamp, message });
+      if (topic === "/log") this.log.push(message);
       this.counts.set(topic, (this.counts.get(topic) ?? 0) + 1);
     });
   }
@@ -87,6 +90,22 @@ function unpack(message, stride) {
     rows.push(Object.fromEntries(message.fields.map((f) => [f.name, read[f.type](at + f.offset)])));
   assert.equal(rows.length * stride, bytes.length);
   return rows;
+}
+
+/** Two CAs, a server and a client of the first, a stranger of the other. */
+function makeIdentities(folder) {
+  const path = (name) => join(folder, name);
+  const openssl = (...more) => {
+    const run = spawnSync("openssl", more, { encoding: "utf8" });
+    assert.equal(run.status, 0, run.stderr);
+  };
+  const request = (name) => ["req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-keyout", path(`${name}.key`), "-subj", `/CN=${name}`];
+  for (const ca of ["ca", "other"]) openssl(...request(ca), "-x509", "-days", "2", "-out", path(`${ca}.pem`));
+  for (const [name, ca] of [["server", "ca"], ["client", "ca"], ["stranger", "other"]]) {
+    openssl(...request(name), "-addext", "subjectAltName=IP:127.0.0.1", "-out", path(`${name}.csr`));
+    openssl("x509", "-req", "-copy_extensions", "copy", "-days", "1", "-in", path(`${name}.csr`), "-CA", path(`${ca}.pem`), "-CAkey", path(`${ca}.key`), "-CAcreateserial", "-out", path(`${name}.pem`));
+  }
+  return { path };
 }
 
 /** A client by hand that never reads, and says what it is told to. */
@@ -224,10 +243,13 @@ try {
   });
 
   await step("what becomes invalid is said in the log", async () => {
+    const said = (level, from) => eventually("a line of the map's", () => viewer.log.slice(from).find((m) => m.name === "map" && m.level === level));
+    const from = viewer.log.length;
     crane.signal("mapper", "SIGSTOP");
-    const line = await viewer.got("/log", (m) => m.name === "map" && m.level === 3);
+    const line = await said(3, from);
+    const later = viewer.log.length;
     crane.signal("mapper", "SIGCONT");
-    await viewer.got("/log", (m) => m.name === "map" && m.level === 2);
+    await said(2, later);
     return line.message;
   });
 
@@ -291,6 +313,40 @@ try {
     assert.ok(age < 5, `${age} s old`);
     late.client.close();
     assert.equal(viewer.counts.get("of no subscription of ours"), undefined);
+  });
+
+  await step("the same by TLS, for who has a certificate of the right CA", async () => {
+    await crane.stop("gateway");
+    const tls = makeIdentities(join(out, "foxglove-logs"));
+    appendFileSync(
+      crane.site,
+      `gateway: {port: 0, tls_certificate: ${tls.path("server.pem")}, tls_key: ${tls.path("server.key")}, tls_client_ca: ${tls.path("ca.pem")}}\n`,
+    );
+    writeFileSync(crane.site, readFileSync(crane.site, "utf8").replace("gateway: {port: 0}\n", ""));
+    await crane.restart("gateway");
+    const { log } = crane.processes.get("gateway");
+    const secure = await eventually("it serves by TLS", () => readFileSync(log, "utf8").match(/page and API: (https:[^\s]+)\//)?.[1]);
+    const ca = readFileSync(tls.path("ca.pem"));
+    const identity = (name) => ({ ca, cert: readFileSync(tls.path(`${name}.pem`)), key: readFileSync(tls.path(`${name}.key`)) });
+    const by = secure.replace("https", "wss");
+    const known = await new Viewer(by, ["foxglove.sdk.v1"], identity("client")).ready();
+    known.subscribe("/cloud");
+    await known.got("/cloud");
+    for (const [who, how] of [
+      ["without a certificate", { ca }],
+      ["with another CA's certificate", identity("stranger")],
+      ["who trusts another CA", { ...identity("client"), ca: readFileSync(tls.path("other.pem")) }],
+    ]) {
+      const other = new Viewer(by, ["foxglove.sdk.v1"], how);
+      await eventually(`refused ${who}`, () => other.error, 20);
+      assert.equal(other.channels.size, 0, who);
+    }
+    const plain = await fetch(secure.replace("https", "http"));
+    assert.equal(plain.status, 400);
+    assert.match(await plain.text(), /https/);
+    const clouds = known.counts.get("/cloud");
+    await eventually("goes on", () => known.counts.get("/cloud") > clouds);
+    known.client.close();
   });
   console.log("all passed");
 } finally {
