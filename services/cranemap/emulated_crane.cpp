@@ -7,10 +7,12 @@
 
 #include "base/log.hpp"
 #include "base/read_file.hpp"
+#include "emulated_trajectory.hpp"
 #include "live_scene.hpp"
 #include "recording/calibration.hpp"
 #include "recording/recording.hpp"
 #include "service/run_service.hpp"
+#include "sim/simulate.hpp"
 #include "sim/truth_writer.hpp"
 
 namespace crane {
@@ -87,7 +89,11 @@ Result<EmulatedCrane> EmulatedCrane::prepare(const EmulatedCraneOptions& options
     scene = std::move(*read);
     rig = told_rig(scene->camera.rig, scene->faults);
     if (auto usable = check_rig(rig, options.from); !usable) return usable.error();
-    if (options.one_round || !scene->motion.times_s.empty())
+    if (scene->hoist) {
+      set_hoist(*scene, base);
+      crane.with_hoist_ = scene;
+    }
+    if (options.one_round || (!scene->motion.times_s.empty() && scene->motion.repeat_s == 0))
       crane.pairs_ = static_cast<std::size_t>(
           std::ceil(scene->motion.duration_s * scene->motion.rate_hz - 1e-9));
   } else {
@@ -148,6 +154,11 @@ Result<void> EmulatedCrane::start_rangefinders(TimeNs start_at) {
 }
 
 Result<void> EmulatedCrane::start_camera(TimeNs start_at) {
+  if (with_hoist_) {
+    auto made = EmulatedHoist::create(*with_hoist_, site_, start_at + kBeforeFirstImage);
+    if (!made) return made.error();
+    hoist_.emplace(std::move(*made));
+  }
   std::vector<std::string> arguments = {"emulate-camera",  options_.from, "--out",
                                         site_.camera.path, "--start-at",  std::to_string(start_at)};
   if (is_scene_) {
@@ -159,6 +170,8 @@ Result<void> EmulatedCrane::start_camera(TimeNs start_at) {
 }
 
 Result<void> EmulatedCrane::watch() {
+  if (hoist_)
+    if (auto told = hoist_->tell(); !told) return told;
   for (Part& part : parts_) {
     const auto exit = part.process.poll();
     if (!exit || part.ended) continue;

@@ -8,6 +8,7 @@
 #include "base/clock.hpp"
 #include "child_process.hpp"
 #include "config/site_config.hpp"
+#include "emulated_hoist.hpp"
 
 namespace crane {
 
@@ -22,7 +23,8 @@ struct EmulatedCraneOptions {
 
 /// A whole crane without hardware: a camera whose software writes files, a rangefinder of the cart
 /// and another make's of the trolley on pseudo-terminals, each a process of its own, all on one
-/// trajectory and one clock. Real services connect to it by the site configuration that it gives.
+/// trajectory and one clock; of a scene with hook and load this process tells hoist_state, as its
+/// controller would. Real services connect to it by the site configuration that it gives.
 class EmulatedCrane {
  public:
   /// Writes calibration (cam0, cam1, rig.yaml) and site.yaml, which is `base` with camera and
@@ -38,7 +40,7 @@ class EmulatedCrane {
   /// `start_at`: wall time of the first instant, for all three. Rangefinders measure before.
   Result<void> start_rangefinders(TimeNs start_at);
   Result<void> start_camera(TimeNs start_at);
-  /// Error: one of them ended with a failure.
+  /// To be called at least ten times a second. Error: one of them ended with a failure.
   Result<void> watch();
   [[nodiscard]] bool camera_ended() const { return camera_ended_; }
   void stop();
@@ -55,6 +57,8 @@ class EmulatedCrane {
   SiteConfig site_;
   bool is_scene_ = false, camera_ended_ = false;
   std::size_t pairs_ = 0;
+  std::optional<Scene> with_hoist_;
+  std::optional<EmulatedHoist> hoist_;
   std::vector<Part> parts_;
 };
 

@@ -25,7 +25,6 @@ Result<Scene> read_live_scene(const std::string& name, const LiveSceneOptions& o
     return Error{ErrorCode::kConfiguration, file, what,
                  "render it with 'cranemap simulate' and play the recording"};
   };
-  if (scene->hoist) return refuse("has hook and load, which nobody tells of live");
   if (scene->rangefinder.rail_span_m != 0)
     return refuse("has two rangefinders of the cart, which are not emulated live");
   if (scene->camera.bits > 8) return refuse("has a camera of more than 8 bits");
@@ -36,6 +35,7 @@ Result<Scene> read_live_scene(const std::string& name, const LiveSceneOptions& o
   else if (!motion.continuous)
     motion.rate_hz = 1 / motion.interval_s;
   motion.continuous = true;
+  if (options.without_end && motion.repeat_s > 0) motion.duration_s = 1e9;
   if (motion.times_s.empty()) {
     double round_m = 0;
     for (std::size_t i = 0; i < motion.points.size(); ++i)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
 #include <CLI/CLI.hpp>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +13,7 @@
 #include "bounds.h"
 #include "commands.hpp"
 #include "dds/shared_memory.hpp"
+#include "demo_page.hpp"
 #include "live_demo.hpp"
 #include "map_results.hpp"
 #include "progress.hpp"
@@ -40,6 +43,8 @@ struct Options {
   bool live = false;
   std::string scene = "lap";
   double live_rate_hz = 1, live_speed_mps = 0.15;
+  // how demo ends
+  bool headless = false, page = false;
 };
 
 /// What a configuration file and the command line say of the services. Error: Configuration.
@@ -333,6 +338,20 @@ int run_live(const Options& o) {
   return code;
 }
 
+/// After its results the demo stays on the page: for whoever sits before it, not for scripts.
+bool ends_on_page(const Options& o, int code) {
+  if (o.headless || stop_requested() || (code != kExitOk && code != kExitDataLost)) return false;
+  return o.page || (isatty(STDOUT_FILENO) != 0 && isatty(STDIN_FILENO) != 0);
+}
+
+int demo_page(const Options& o) {
+  auto site = configured(o, o.config);
+  if (!site) return fail(site.error());
+  const int code = show_demo_page({"demo_round", o.out, std::move(*site), 2});
+  (void)dds::remove_stale_segments();
+  return code;
+}
+
 }  // namespace
 
 Command add_run_command(CLI::App& app) {
@@ -377,6 +396,14 @@ Command add_demo_command(CLI::App& app) {
       ->check(CLI::Range(0.01, 2.0))
       ->needs(live)
       ->capture_default_str();
+  auto* headless = command->add_flag("--headless", options->headless,
+                                     "End with the results, as always where output is no terminal");
+  command
+      ->add_flag(
+          "--page", options->page,
+          "Stay on the gateway's page until Ctrl-C, as always on a terminal: a crane without "
+          "hardware drives laps, a load is carried, a crate comes and goes")
+      ->excludes(headless);
   return [options] {
     const int code = options->live ? run_live(*options) : run_and_clean(*options);
     if (code == kExitOk)
@@ -384,7 +411,9 @@ Command add_demo_command(CLI::App& app) {
           "\nlook at: %s/height_map_view.png\n         octovis %s/map.ot     pcl_viewer "
           "%s/map.pcd\n",
           options->out.c_str(), options->out.c_str(), options->out.c_str());
-    return code;
+    if (!ends_on_page(*options, code)) return code;
+    const int shown = demo_page(*options);
+    return shown == kExitOk ? code : shown;
   };
 }
 

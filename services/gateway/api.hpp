@@ -21,6 +21,7 @@ class Api {
       : map_(map), board_(board), tiles_(tiles), files_(map) {}
 
   void add_routes(http::Router& router);
+  [[nodiscard]] MapFiles& files() { return files_; }
 
  private:
   [[nodiscard]] http::Response status() const;

@@ -54,13 +54,16 @@ std::optional<http::Response> demand_token(const http::Request& request, const s
     return std::nullopt;
   if (cookie_has(request.cookie, token)) return std::nullopt;
   auto query = http::parse_query(request.query());
-  if (request.method == "GET" && query && same((*query)["token"], token))
+  if (request.method == "GET" && query && same((*query)["token"], token)) {
+    if (request.upgrade) return std::nullopt;  // a viewer's WebSocket has nothing but its URL
     return http::Response{
         303,
         "",
         "text/plain; charset=utf-8",
         {{"Location", "/"},
-         {"Set-Cookie", std::string(kCookie) + token + "; Path=/; HttpOnly; SameSite=Strict"}}};
+         {"Set-Cookie", std::string(kCookie) + token + "; Path=/; HttpOnly; SameSite=Strict" +
+                            (request.secure ? "; Secure" : "")}}};
+  }
   return http::Response{401,
                         "A token is needed: open /?token=TOKEN, or send 'Authorization: Bearer "
                         "TOKEN'. It stands in the file gateway.token_file.\n",

@@ -14,7 +14,8 @@ namespace crane::gateway {
 Result<std::string> read_token(const std::string& path);
 
 /// Lets a request through that shows the token: "Authorization: Bearer TOKEN", or the cookie that a
-/// browser gets once it asked for "/?token=TOKEN". Nothing: it may pass.
+/// browser gets once it asked for "/?token=TOKEN"; a WebSocket may show it in its URL each time.
+/// Nothing: it may pass.
 std::optional<http::Response> demand_token(const http::Request& request, const std::string& token);
 
 }  // namespace crane::gateway

@@ -10,6 +10,9 @@
 
 #include "base/log.hpp"
 #include "gateway/api.hpp"
+#include "gateway/foxglove_feed.hpp"
+#include "gateway/foxglove_source.hpp"
+#include "gateway/foxglove_states.hpp"
 #include "gateway/json.hpp"
 #include "gateway/site_files.hpp"
 #include "gateway/token.hpp"
@@ -65,7 +68,8 @@ class Watcher {
         rig_(std::move(rig)),
         gantry_(context.config.mapper),
         map_(std::move(map)),
-        api_(*map_, board_, tiles_) {}
+        api_(*map_, board_, tiles_),
+        viewers_told_(viewers_, context.config.hoist) {}
 
   Result<void> start(const std::string& page_folder) {
     const auto read = [&]<class Topic>(std::optional<dds::Reader<Topic>>& into) -> Result<void> {
@@ -80,7 +84,10 @@ class Watcher {
       changed_.add(update, map_->status().voxel_m * kTileEdge);
       wakeup_.notify();
     });
-    return listen(page_folder);
+    if (auto listening = listen(page_folder); !listening) return listening;
+    for_viewers_.emplace(context_.participant, *map_, api_.files(), viewers_,
+                         [this] { server_->wake(); });
+    return {};
   }
 
   Result<void> run() {
@@ -99,6 +106,7 @@ class Watcher {
         board_.put(text_of(state(s)));
         said_ = now;
       }
+      tell_viewers(s);
       if (tiles || news || board_.now().number != woken_) server_->wake();
       woken_ = board_.now().number;
       tell(s);
@@ -122,6 +130,14 @@ class Watcher {
       });
     }
     api_.add_routes(router);
+    router.stream(
+        "/",
+        [this](const auto&) {
+          return std::make_unique<FoxgloveFeed>(
+              viewers_, "cranemap, crane " + std::to_string(context_.config.crane),
+              [] { return MonotonicClock().now(); });
+        },
+        foxglove_protocols(), c.origins);
     router.headers(kPageHeaders);
     if (!c.token_file.empty()) {
       auto token = read_token(c.token_file);
@@ -133,12 +149,16 @@ class Watcher {
     limits.answer_deadline = 60s;
     limits.streams = std::size_t(c.pages);
     limits.threads = 4;
-    auto server = http::Server::start(c.address, c.port, std::move(router), limits);
+    std::optional<http::TlsFiles> tls;
+    if (c.tls()) tls = http::TlsFiles{c.tls_certificate, c.tls_key, c.tls_client_ca};
+    auto server = http::Server::start(c.address, c.port, std::move(router), limits, tls);
+    if (!server && server.error().code == ErrorCode::kConfiguration) return server.error();
     if (!server)
       return Error{ErrorCode::kResource, server.error().where, server.error().what,
                    "give gateway.address and gateway.port what is free"};
     server_ = std::move(*server);
-    log_info("page and API: http://" + c.address + ":" + std::to_string(server_->port()) + "/");
+    log_info("page and API: " + std::string(c.tls() ? "https" : "http") + "://" + c.address + ":" +
+             std::to_string(server_->port()) + "/");
     return {};
   }
 
@@ -216,7 +236,7 @@ class Watcher {
         for (const Eigen::Vector2d& p : footprint(*rig_, *at))
           out["footprint"].push_back(Json::array({p.x(), p.y()}));
     }
-    if (hoist_ && MonotonicClock().now() - hoist_heard_ < kHoistLives) {
+    if (hoist_is_fresh()) {
       out["hoist"] = to_json(*hoist_, now);
       const HoistConfig& h = context_.config.hoist;
       out["hoist"]["offset_m"] = Json::array({h.offset_x_m, h.offset_y_m});
@@ -228,6 +248,19 @@ class Watcher {
     for (const auto& [number, status] : statuses_) services.push_back(to_json(status, now));
     out["services"] = std::move(services);
     return out;
+  }
+
+  void tell_viewers(const client::Status& s) {
+    const TimeNs time = std::min(newest_[0], newest_[1]);
+    const Gantry::Place place = gantry_.at(time);
+    if (place.known == PositionTrack::Lookup::kFound)
+      viewers_told_.place(time, place.map_m, place.skew_rad, rig_,
+                          hoist_is_fresh() ? hoist_ : std::nullopt);
+    viewers_told_.tell(s, statuses_);
+  }
+
+  [[nodiscard]] bool hoist_is_fresh() const {
+    return hoist_ && MonotonicClock().now() - hoist_heard_ < kHoistLives;
   }
 
   void tell(const client::Status& s) {
@@ -253,7 +286,10 @@ class Watcher {
   TileLog tiles_;
   std::unique_ptr<client::Map> map_;
   Api api_;
+  FoxgloveChannels viewers_;
+  FoxgloveStates viewers_told_;
   std::unique_ptr<http::Server> server_;
+  std::optional<FoxgloveSource> for_viewers_;
   std::optional<dds::Reader<dds::RangefinderPositionTopic>> positions_in_;
   std::optional<dds::Reader<dds::HoistStateTopic>> hoist_in_;
   std::optional<dds::Reader<dds::ServiceStatusTopic>> statuses_in_;

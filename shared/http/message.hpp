@@ -16,6 +16,9 @@ struct Request {
   /// Other lines of it, empty where there is none.
   std::string origin{}, authorization{}, cookie{}, content_type{};
   std::string body{};
+  bool upgrade = false;                  ///< asks for a WebSocket
+  bool secure = false;                   ///< came by TLS
+  std::vector<std::string> protocols{};  ///< of a WebSocket, that the client offers, best first
 
   [[nodiscard]] std::string path() const { return target.substr(0, target.find('?')); }
   /// What follows the first '?'.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "http/router.hpp"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -15,14 +16,16 @@ Router::Router(std::map<std::string, Handler> routes, std::vector<std::string> h
   if (std::string own = host_name(); !own.empty()) hosts_.push_back(std::move(own));
 }
 
-std::optional<Response> Router::refuse(const Request& request) const {
+std::optional<Response> Router::refuse(const Request& request,
+                                       const std::vector<std::string>& origins) const {
   if (request.hosts.size() > 1) return Response{400, "more than one Host line\n"};
   if (!request.hosts.empty() && !is_own_host(request.hosts[0], request.local_address, hosts_))
     return Response{403, "this host is not known by that name: list it in http.hosts\n"};
   // A page of somebody else may ask us, but not in a way that does something; of a WebSocket it
   // could even read the answer.
   if (!request.origin.empty() &&
-      (request.hosts.empty() || !is_same_origin(request.origin, request.hosts[0])))
+      (request.hosts.empty() || !is_same_origin(request.origin, request.hosts[0])) &&
+      std::find(origins.begin(), origins.end(), request.origin) == origins.end())
     return Response{403, "asked by a page of another origin\n"};
   if (!request.target.starts_with('/')) return Response{400, "the target must be a path\n"};
   return guard_ ? guard_(request) : std::nullopt;
@@ -47,7 +50,7 @@ Response Router::routed(const Request& request) const {
 Response Router::answer(const Request& request) const {
   Response response;
   try {
-    const auto refused = refuse(request);
+    const auto refused = refuse(request, {});
     response = refused ? *refused : routed(request);
   } catch (const std::exception&) {  // out of memory: the next one may have it
     response = {500, "no answer could be made\n"};
@@ -58,10 +61,21 @@ Response Router::answer(const Request& request) const {
 
 Router::Upgrade Router::upgrade(const Request& request) const {
   try {
-    if (auto refused = refuse(request)) return {nullptr, *refused};
-    const auto stream = streams_.find(request.path());
-    if (stream == streams_.end()) return {nullptr, {404, "no WebSocket of this name\n"}};
-    return {stream->second(request), {503, "no room for one more\n"}};
+    const auto found = streams_.find(request.path());
+    const StreamRoute* route = found == streams_.end() ? nullptr : &found->second;
+    if (auto refused =
+            refuse(request, route == nullptr ? std::vector<std::string>{} : route->origins))
+      return {nullptr, *refused};
+    if (route == nullptr) return {nullptr, {404, "no WebSocket of this name\n"}};
+    const auto& own = route->protocols;
+    const auto spoken = std::find_if(own.begin(), own.end(), [&](const std::string& protocol) {
+      return std::find(request.protocols.begin(), request.protocols.end(), protocol) !=
+             request.protocols.end();
+    });
+    if (own.empty()) return {route->maker(request), {503, "no room for one more\n"}};
+    if (spoken == own.end())
+      return {nullptr, {400, "offer one of the sub-protocols spoken here, as " + own[0] + "\n"}};
+    return {route->maker(request), {503, "no room for one more\n"}, *spoken};
   } catch (const std::exception&) {
     return {nullptr, {500, "no answer could be made\n"}};
   }

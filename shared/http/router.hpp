@@ -27,8 +27,12 @@ class Router {
   /// Further paths, of a GET (and HEAD) that is looked at, and of a POST with JSON as its body.
   void get(const std::string& path, AskedHandler handler) { gets_[path] = std::move(handler); }
   void post(const std::string& path, AskedHandler handler) { posts_[path] = std::move(handler); }
-  /// A WebSocket.
-  void stream(const std::string& path, FeedMaker maker) { streams_[path] = std::move(maker); }
+  /// A WebSocket. `protocols`: sub-protocols that it speaks, the best first; who offers none of
+  /// them is refused, unless there are none. `origins`: pages of others that may use it.
+  void stream(const std::string& path, FeedMaker maker, std::vector<std::string> protocols = {},
+              std::vector<std::string> origins = {}) {
+    streams_[path] = {std::move(maker), std::move(protocols), std::move(origins)};
+  }
   /// Asked before any path is looked at, once Host and Origin are known to be ours.
   void guard(Guard guard) { guard_ = std::move(guard); }
   /// Lines that every answer has.
@@ -45,15 +49,21 @@ class Router {
   struct Upgrade {
     std::unique_ptr<Feed> feed;
     Response refused;
+    std::string protocol{};  ///< that is spoken; empty: none was asked for
   };
   [[nodiscard]] Upgrade upgrade(const Request& request) const;
 
  private:
-  [[nodiscard]] std::optional<Response> refuse(const Request& request) const;
+  struct StreamRoute {
+    FeedMaker maker;
+    std::vector<std::string> protocols, origins;
+  };
+  [[nodiscard]] std::optional<Response> refuse(const Request& request,
+                                               const std::vector<std::string>& origins) const;
   [[nodiscard]] Response routed(const Request& request) const;
 
   std::map<std::string, AskedHandler> gets_, posts_;
-  std::map<std::string, FeedMaker> streams_;
+  std::map<std::string, StreamRoute> streams_;
   Guard guard_;
   std::vector<std::string> hosts_;
   std::vector<std::pair<std::string, std::string>> headers_;

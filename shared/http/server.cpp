@@ -15,7 +15,8 @@
 #include <vector>
 
 #include "base/loop_watch.hpp"
-#include "http/stream.hpp"
+#include "http/session.hpp"
+#include "http/tls_context.hpp"
 
 namespace crane::http {
 namespace {
@@ -26,136 +27,18 @@ namespace bhttp = boost::beast::http;
 using Tcp = asio::ip::tcp;
 using Failure = boost::system::error_code;
 
-/// What connections share.
-struct House {
-  const Router& router;
-  const Limits& limits;
-  Tally& tally;
-  Streams& streams;
-};
-
-/// One connection: its request, its answer, its end. Lives as long as an operation of it waits.
-class Session : public std::enable_shared_from_this<Session> {
- public:
-  Session(Tcp::socket socket, const House& house)
-      : stream_(std::move(socket)), buffer_(house.limits.request_bytes), house_(house) {
-    parser_.header_limit(static_cast<std::uint32_t>(house.limits.request_bytes));
-    parser_.body_limit(house.limits.body_bytes);
-    stream_.expires_after(house.limits.deadline);  // for all that follows
-  }
-
-  /// Any thread.
-  void begin() {
-    asio::dispatch(stream_.get_executor(), [self = shared_from_this()] {
-      bhttp::async_read(self->stream_, self->buffer_, self->parser_,
-                        [self](Failure failed, std::size_t) { self->heard(failed); });
-    });
-  }
-  /// Any thread.
-  void close() {
-    asio::post(stream_.get_executor(), [self = shared_from_this()] { self->stream_.close(); });
-  }
-
- private:
-  Request request() {
-    auto& message = parser_.get();
-    const auto line = [&](bhttp::field field) { return std::string(message[field]); };
-    Request out{std::string(message.method_string()), std::string(message.target()), {}, ""};
-    const auto hosts = message.equal_range(bhttp::field::host);
-    for (auto host = hosts.first; host != hosts.second; ++host)
-      out.hosts.emplace_back(host->value());
-    Failure gone;
-    out.local_address = stream_.socket().local_endpoint(gone).address().to_string();
-    out.origin = line(bhttp::field::origin);
-    out.authorization = line(bhttp::field::authorization);
-    out.cookie = line(bhttp::field::cookie);
-    out.content_type = line(bhttp::field::content_type);
-    return out;
-  }
-
-  void heard(Failure failed) {
-    if (!failed) {
-      Request asked = request();
-      if (beast::websocket::is_upgrade(parser_.get())) return upgrade(asked);
-      asked.body = std::move(parser_.get().body());
-      return say(house_.router.answer(asked), parser_.get().method() == bhttp::verb::head);
-    }
-    if (failed == beast::error::timeout || failed == asio::error::operation_aborted) {
-      ++house_.tally.closed;
-    } else if (failed == bhttp::error::header_limit || failed == bhttp::error::buffer_overflow) {
-      say({431, "the request is too long\n"}, false);
-    } else if (failed == bhttp::error::body_limit || failed == bhttp::error::unexpected_body) {
-      say({413, house_.limits.body_bytes == 0 ? "a request has no body here\n"
-                                              : "the request's body is too long\n"},
-          false);
-    } else if (failed.category() == make_error_code(bhttp::error::bad_version).category() &&
-               failed != bhttp::error::end_of_stream && failed != bhttp::error::partial_message) {
-      say({400, "this is no sound HTTP request\n"}, false);
-    }
-  }
-
-  void upgrade(const Request& asked) {
-    auto made = house_.router.upgrade(asked);
-    if (made.feed == nullptr) return say(std::move(made.refused), false);
-    if (house_.streams.count() >= house_.limits.streams)
-      return say({503, "too many look on: close one of the pages\n"}, false);
-    Stream::Upgrade request = parser_.release();
-    const auto stream = std::make_shared<Stream>(std::move(stream_), std::move(made.feed),
-                                                 house_.limits, house_.tally);
-    if (house_.streams.add(stream, house_.limits.streams)) stream->begin(std::move(request));
-  }
-
-  void say(Response response, bool head) {
-    const House& h = house_;
-    ++(response.status < 400 || response.status >= 500 ? h.tally.answered : h.tally.refused);
-    answer_.result(static_cast<unsigned>(response.status));
-    answer_.version(11);
-    answer_.keep_alive(false);
-    answer_.set(bhttp::field::content_type, response.type);
-    answer_.set(bhttp::field::cache_control, "no-store");
-    answer_.set("X-Content-Type-Options", "nosniff");
-    for (const auto& [name, value] : response.headers) answer_.set(name, value);
-    answer_.content_length(response.body.size());
-    if (!head) answer_.body() = std::move(response.body);
-    if (h.limits.answer_deadline.count() > 0) stream_.expires_after(h.limits.answer_deadline);
-    bhttp::async_write(stream_, answer_, [self = shared_from_this()](Failure failed, std::size_t) {
-      if (failed == beast::error::timeout) ++self->house_.tally.closed;
-      if (!failed) self->part();
-    });
-  }
-
-  /// Until the other end has closed: a reset would take the answer from whoever still sends.
-  void part() {
-    Failure gone;
-    stream_.socket().shutdown(Tcp::socket::shutdown_send, gone);
-    if (house_.limits.answer_deadline.count() > 0) stream_.expires_after(house_.limits.deadline);
-    linger();
-  }
-  void linger() {
-    stream_.async_read_some(asio::buffer(rest_),
-                            [self = shared_from_this()](Failure failed, std::size_t) {
-                              if (!failed) self->linger();
-                            });
-  }
-
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_;
-  bhttp::request_parser<bhttp::string_body> parser_;
-  bhttp::response<bhttp::string_body> answer_;
-  char rest_[1024];
-  const House& house_;
-};
-
 }  // namespace
 
 struct Server::Impl {
-  Impl(Router r, const Limits& l) : router(std::move(r)), limits(l) {}
+  Impl(Router r, const Limits& l, std::unique_ptr<asio::ssl::context> t)
+      : router(std::move(r)), limits(l), tls(std::move(t)) {}
 
   Router router;
   Limits limits;
   Tally tally;
   Streams streams;
-  House house{router, limits, tally, streams};
+  std::unique_ptr<asio::ssl::context> tls;
+  House house{router, limits, tally, streams, tls.get()};
   asio::io_context io;
   asio::strand<asio::io_context::executor_type> door{io.get_executor()};  ///< who comes in
   Tcp::acceptor acceptor{door};
@@ -190,7 +73,7 @@ struct Server::Impl {
         return pause.async_wait([this](Failure) { accept(); });
       }
       make_room(limits.connections - 1);
-      const auto session = std::make_shared<Session>(Tcp::socket(std::move(accepted)), house);
+      const auto session = Session::make(Tcp::socket(std::move(accepted)), house);
       sessions.push_back(session);
       session->begin();
       accept();
@@ -224,8 +107,15 @@ Server::~Server() {
 }
 
 Result<std::unique_ptr<Server>> Server::start(const std::string& address, int port, Router router,
-                                              const Limits& limits) {
-  auto impl = std::make_unique<Impl>(std::move(router), limits);
+                                              const Limits& limits,
+                                              const std::optional<TlsFiles>& tls) {
+  std::unique_ptr<asio::ssl::context> context;
+  if (tls) {
+    auto made = make_tls_context(*tls);
+    if (!made) return made.error();
+    context = std::move(*made);
+  }
+  auto impl = std::make_unique<Impl>(std::move(router), limits, std::move(context));
   try {
     impl->listen(address, port);
   } catch (const std::exception& e) {

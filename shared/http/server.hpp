@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/result.hpp"
 #include "http/router.hpp"
+#include "http/tls.hpp"
 
 namespace crane::http {
 
@@ -31,9 +33,11 @@ struct Limits {
 /// router, or a WebSocket. Ranges are not known: all of an answer or nothing. Any thread.
 class Server {
  public:
-  /// `port` 0: any that is free. Error: Resource when it cannot be listened at.
+  /// `port` 0: any that is free; `tls`: it speaks that alone. Error: Resource when it cannot be
+  /// listened at, Configuration when the files of `tls` are not sound.
   static Result<std::unique_ptr<Server>> start(const std::string& address, int port, Router router,
-                                               const Limits& limits = {});
+                                               const Limits& limits = {},
+                                               const std::optional<TlsFiles>& tls = {});
   /// At once, whoever is connected.
   ~Server();
 

@@ -75,8 +75,13 @@ Scene make_quick(Scene scene) {
   return scene;
 }
 
-Eigen::Vector2d gantry_at(const SceneMotion& m, double seconds) {
+double within_round(const SceneMotion& m, double seconds) {
   const double time = std::max(0.0, seconds);
+  return m.repeat_s > 0 ? std::fmod(time, m.repeat_s) : time;
+}
+
+Eigen::Vector2d gantry_at(const SceneMotion& m, double seconds) {
+  const double time = m.times_s.empty() ? std::max(0.0, seconds) : within_round(m, seconds);
   const std::size_t count = m.points.size();
   if (!m.continuous)
     return m.points[std::min(static_cast<std::size_t>(std::round(time / m.interval_s)), count - 1)];
@@ -118,7 +123,8 @@ HoistPose hoist_at(const SceneHoist& h, double seconds) {
   return pose;
 }
 
-std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, double seconds) {
+std::vector<std::optional<SceneObstacle>> obstacles_at(const Scene& scene, double since_start) {
+  const double seconds = within_round(scene.motion, since_start);
   std::vector<std::optional<SceneObstacle>> out;
   for (const SceneObstacle& o : scene.obstacles) {
     out.push_back(o.from_s <= seconds && seconds < o.until_s ? std::optional(o) : std::nullopt);

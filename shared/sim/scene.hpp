@@ -132,6 +132,7 @@ struct SceneMotion {
   double speed_mps = 0.1;               ///< continuous: along the points, over and over
   double rate_hz = 10;
   double duration_s = 60;
+  double repeat_s = 0;  ///< after so long all that has its times begins anew; 0 = never
 };
 
 /// What a map of the scene must keep. See shared/sim/scenes/workshop/README.md.
@@ -169,6 +170,9 @@ struct Scene {
   SceneQuick quick;
 };
 
+/// Since the round began that is on at a time since the start, where rounds are repeated.
+double within_round(const SceneMotion& motion, double seconds);
+
 /// Cart and trolley at a time since the start.
 Eigen::Vector2d gantry_at(const SceneMotion& motion, double seconds);
 
@@ -176,7 +180,7 @@ Eigen::Vector2d gantry_at(const SceneMotion& motion, double seconds);
 Eigen::Isometry3d untold_at(const UntoldMotion& motion, const Eigen::Vector2d& gantry,
                             double seconds);
 
-/// Hook and load at a time since the start.
+/// Hook and load at a time since the round began.
 struct HoistPose {
   double hook_m = 0;
   bool load = false;

@@ -93,6 +93,9 @@ void read_motion(YamlReader y, SceneMotion& m) {
   y.number("speed_mps", m.speed_mps, 0.001, 20);
   y.number("rate_hz", m.rate_hz, 0.1, 120);
   y.number("duration_s", m.duration_s, 0.1, 36'000);
+  y.number("repeat_s", m.repeat_s, 0, 36'000);
+  if (m.repeat_s > 0 && !m.times_s.empty() && m.repeat_s < m.times_s.back())
+    y.problem("repeat_s", "ends before the last point is reached");
 }
 
 void read_quick(YamlReader y, Scene& scene) {

@@ -21,38 +21,14 @@ TimeNs to_time(double seconds) {
 }
 
 /// hoist_state as the controller would say it.
-Result<void> write_hoist(const SceneHoist& h, double end_s, RecordingWriter& writer) {
-  const double step = 1 / h.rate_hz;
+Result<void> write_hoist(const Scene& scene, double end_s, RecordingWriter& writer) {
+  const double step = 1 / scene.hoist->rate_hz;
   for (double t = -0.3; t < end_s + 0.6; t += step) {
-    const HoistPose pose = hoist_at(h, std::max(t, 0.0));
-    HoistReading r;
+    HoistReading r = hoist_reading_at(scene, t);
     r.time = to_time(t);
-    r.hook_height_m = pose.hook_m;
-    r.sling_m = h.sling_m;
-    if (pose.load) r.load_size_m = h.load_size_m;
-    r.load_yaw_rad = h.load_yaw_rad;
-    r.sway_m = pose.sway_m;
     if (auto added = writer.add_hoist(r); !added) return added;
   }
   return {};
-}
-
-void set_hoist(const Scene& scene, SiteConfig& site) {
-  const SceneHoist& h = *scene.hoist;
-  site.hoist.enabled = true;
-  site.hoist.offset_x_m = h.offset_m.x();
-  site.hoist.offset_y_m = h.offset_m.y();
-  site.hoist.rope_top_m = h.rope_top_m;
-  site.hoist.rope_radius_m = h.rope_radius_m;
-  site.hoist.hook_x_m = h.hook_size_m.x();
-  site.hoist.hook_y_m = h.hook_size_m.y();
-  site.hoist.hook_z_m = h.hook_size_m.z();
-  site.hoist.largest_load_m = std::max(0.1, h.load_size_m.head<2>().maxCoeff());
-  // Margins in proportion to the scene: a tenth of a metre on a rig of two metres.
-  const double scale = scene.camera.rig.camera_height_m() / 10;
-  site.hoist.margin_m = std::clamp(0.3 * scale, 0.04, 0.3);
-  site.hoist.sway_m = std::clamp(0.2 * scale, 0.02, 0.3);
-  site.hoist.accuracy_m = std::clamp(0.1 * scale, 0.01, 0.1);
 }
 
 /// What the mapper must know of hoist and rails: site.yaml, which `cranemap run` takes by itself.
@@ -134,6 +110,36 @@ bool changes(const Scene& scene) {
 
 }  // namespace
 
+HoistReading hoist_reading_at(const Scene& scene, double seconds) {
+  const SceneHoist& h = *scene.hoist;
+  const HoistPose pose = hoist_at(h, within_round(scene.motion, seconds));
+  HoistReading r;
+  r.hook_height_m = pose.hook_m;
+  r.sling_m = h.sling_m;
+  if (pose.load) r.load_size_m = h.load_size_m;
+  r.load_yaw_rad = h.load_yaw_rad;
+  r.sway_m = pose.sway_m;
+  return r;
+}
+
+void set_hoist(const Scene& scene, SiteConfig& site) {
+  const SceneHoist& h = *scene.hoist;
+  site.hoist.enabled = true;
+  site.hoist.offset_x_m = h.offset_m.x();
+  site.hoist.offset_y_m = h.offset_m.y();
+  site.hoist.rope_top_m = h.rope_top_m;
+  site.hoist.rope_radius_m = h.rope_radius_m;
+  site.hoist.hook_x_m = h.hook_size_m.x();
+  site.hoist.hook_y_m = h.hook_size_m.y();
+  site.hoist.hook_z_m = h.hook_size_m.z();
+  site.hoist.largest_load_m = std::max(0.1, h.load_size_m.head<2>().maxCoeff());
+  // Margins in proportion to the scene: a tenth of a metre on a rig of two metres.
+  const double scale = scene.camera.rig.camera_height_m() / 10;
+  site.hoist.margin_m = std::clamp(0.3 * scale, 0.04, 0.3);
+  site.hoist.sway_m = std::clamp(0.2 * scale, 0.02, 0.3);
+  site.hoist.accuracy_m = std::clamp(0.1 * scale, 0.01, 0.1);
+}
+
 Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   Renderer renderer(scene);
   const SceneMotion& motion = scene.motion;
@@ -170,7 +176,7 @@ Result<void> simulate(const Scene& scene, const SimulateOptions& options) {
   for (const RecordedDistance& r : readings.trolley)
     if (auto added = writer->add_trolley(r.time, r.distance_m); !added) return added;
   if (scene.hoist)
-    if (auto r = write_hoist(*scene.hoist, end, *writer); !r) return r;
+    if (auto r = write_hoist(scene, end, *writer); !r) return r;
   std::vector<Eigen::Vector2d> seen_from;
   for (std::size_t n = 0; n < frames; ++n) {
     const double seconds = double(n) * interval;

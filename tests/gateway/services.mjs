@@ -2,7 +2,7 @@
 // Real services on a real recording, and what is asked of them by the client library's own command.
 
 import { spawn, spawnSync } from "node:child_process";
-import { closeSync, mkdirSync, openSync, readFileSync, writeFileSync } from "node:fs";
+import { closeSync, mkdirSync, openSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
@@ -31,6 +31,7 @@ export class Crane {
     this.bin = bin;
     this.recording = recording;
     this.folder = folder;
+    rmSync(folder, { recursive: true, force: true }); // logs of an earlier run name its ports
     mkdirSync(folder, { recursive: true });
     this.site = join(folder, "site.yaml");
     // Of the range that the other tests take; ctest runs none of them at the same time.

@@ -2,13 +2,17 @@
 // A whole crane without hardware: rendered pictures and emulated rangefinders, through the real
 // drivers, services and DDS, into a map that is judged by the scene's truth.
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "crane/client/map.hpp"
+#include "http/client.hpp"
 #include "process.hpp"
 #include "temp_folder.hpp"
 
@@ -76,15 +80,51 @@ TEST(LiveCrane, SaysWhatCannotBeEmulated) {
   const Finished nothing = emulate("/no/such/scene", folder / "a");
   EXPECT_EQ(nothing.code, 2) << nothing.output;
   EXPECT_FALSE(fs::exists(folder / "a"));
-  const Finished carried =
-      emulate(CRANEMAP_SOURCE_DIR "/shared/sim/scenes/carry.yaml", folder / "a");
-  EXPECT_EQ(carried.code, 2);
-  EXPECT_NE(carried.output.find("cranemap simulate"), std::string::npos) << carried.output;
   fs::create_directories(folder / "mine");
   std::ofstream(folder / "mine/x") << "x";
   const Finished taken = emulate(rig_recording(), folder / "mine");
   EXPECT_EQ(taken.code, 2);
   EXPECT_NE(taken.output.find("nothing was changed"), std::string::npos) << taken.output;
+}
+
+int free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  EXPECT_EQ(bind(socket, reinterpret_cast<sockaddr*>(&at), size), 0);
+  EXPECT_EQ(getsockname(socket, reinterpret_cast<sockaddr*>(&at), &size), 0);
+  close(socket);
+  return ntohs(at.sin_port);
+}
+
+TEST(LiveCrane, TheDemoStaysOnThePageWhereALoadIsCarriedUntilItIsStopped) {
+  const TempFolder folder;
+  const int port = free_port();
+  std::ofstream(folder / "site.yaml") << "http: {port: 0}\ngateway: {port: " << port << "}\n";
+  Process demo(
+      {"cranemap", "demo", "--recording", rig_recording(), "--rate", "max", "--out", folder / "out",
+       "--config", folder / "site.yaml", "--domain", next_domain(), "--page"},
+      folder / "demo.txt");
+  const std::string url = "http://localhost:" + std::to_string(port) + "/";
+  ASSERT_TRUE(eventually(120s, [&] { return demo.output().find(url) != std::string::npos; }))
+      << demo.output();
+  bool carried = false;
+  nlohmann::json state;
+  EXPECT_TRUE(eventually(
+      120s,
+      [&] {
+        const auto answer = http::get("127.0.0.1", port, "/api/v1/status");
+        state = nlohmann::json::parse(answer ? answer->body : "", nullptr, false);
+        if (!state.is_object() || !state["hoist"].is_object()) return false;
+        carried = carried || state["hoist"]["load_size_m"][2] > 0;
+        return carried && state["map"]["valid"] == true && state["map"]["frames"]["integrated"] > 3;
+      }))
+      << state << demo.output();
+  demo.signal(SIGINT);
+  EXPECT_EQ(demo.wait(60), 0) << demo.output();
+  EXPECT_FALSE(http::get("127.0.0.1", port, "/api/v1/status")) << "its services are gone with it";
 }
 
 }  // namespace

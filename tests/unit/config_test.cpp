@@ -38,6 +38,20 @@ TEST(SiteConfig, RefusesWhatDoesNotFitTogether) {
   EXPECT_FALSE(parse_site_config("dds: {domain: 233}", "x"));
 }
 
+TEST(SiteConfig, APageForOthersNeedsATokenOrAClientsCertificate) {
+  const auto problem = [](const std::string& gateway) {
+    const auto read = parse_site_config("gateway: {address: 0.0.0.0" + gateway + "}", "x");
+    return read ? "" : read.error().text();
+  };
+  const std::string tls = ", tls_certificate: a.pem, tls_key: a.key";
+  EXPECT_NE(problem("").find("tls_client_ca"), std::string::npos);
+  EXPECT_NE(problem(tls), "") << "TLS alone lets everybody in";
+  EXPECT_EQ(problem(", token_file: t"), "");
+  EXPECT_EQ(problem(tls + ", tls_client_ca: ca.pem"), "");
+  EXPECT_NE(problem(", tls_client_ca: ca.pem").find("needs tls_certificate"), std::string::npos);
+  EXPECT_NE(problem(", token_file: t, tls_key: a.key").find("both, or neither"), std::string::npos);
+}
+
 TEST(SiteConfig, RefusesWhatIsNoYamlOrNoMap) {
   EXPECT_FALSE(parse_site_config("a: [", "x"));
   EXPECT_FALSE(parse_site_config("- 1\n- 2\n", "x"));

@@ -174,6 +174,14 @@ TEST(Token, LetsThroughWhoShowsItAndNobodyElse) {
   const std::string token = "0123456789abcdef";
   http::Request r{"GET", "/", {}, ""};
   EXPECT_EQ(demand_token(r, token)->status, 401);
+  r.target = "/?token=" + token;
+  r.secure = true;
+  EXPECT_TRUE(demand_token(r, token)->headers[1].second.ends_with("; Secure"));
+  r.upgrade = true;
+  EXPECT_FALSE(demand_token(r, token)) << "a viewer's WebSocket has nothing but its URL";
+  r.target = "/?token=" + token + "x";
+  EXPECT_TRUE(demand_token(r, token));
+  r = http::Request{"GET", "/", {}, ""};
   r.authorization = "Bearer " + token;
   EXPECT_FALSE(demand_token(r, token));
   for (const char* wrong :

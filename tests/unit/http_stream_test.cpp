@@ -122,6 +122,21 @@ class Numbers final : public Feed {
   int said_ = 0;
 };
 
+/// Says what it heard last.
+class Listener final : public Feed {
+ public:
+  explicit Listener(std::size_t padding) : padding_(padding) {}
+  std::optional<Message> next() override { return std::exchange(answer_, std::nullopt); }
+  bool hear(std::string_view said) override {
+    answer_ = Message{std::string(said) + std::string(padding_, 'x'), false};
+    return true;
+  }
+
+ private:
+  std::size_t padding_;
+  std::optional<Message> answer_;
+};
+
 class HttpStream : public ::testing::Test {
  protected:
   void serve(Limits limits = {}, std::size_t padding = 0) {
@@ -131,6 +146,9 @@ class HttpStream : public ::testing::Test {
     router.stream("/stream", [this, padding](const Request&) {
       return std::make_unique<Numbers>(newest_, padding);
     });
+    router.stream("/echo",
+                  [padding](const Request&) { return std::make_unique<Listener>(padding); },
+                  {"new.v2", "old.v1"}, {"https://viewer.example"});
     auto server = Server::start("127.0.0.1", 0, std::move(router), limits);
     ASSERT_TRUE(server) << server.error().text();
     server_ = std::move(*server);
@@ -246,6 +264,63 @@ TEST_F(HttpStream, OneTooManyIsRefusedAndNobodyIsClosedForIt) {
   for (const auto& one : all) EXPECT_EQ(one->read_message(), "2 ");
   all.clear();
   EXPECT_TRUE(eventually([&] { return server_->counts().streams == 0; }));
+}
+
+TEST_F(HttpStream, SpeaksTheBestSubProtocolThatIsOffered) {
+  serve();
+  const auto protocol = [&](const std::string& offers) {
+    const Socket s(server_->port());
+    s.send(upgrade("/echo", offers));
+    const std::string head = s.read_head();
+    const std::string line = "Sec-WebSocket-Protocol: ";
+    const std::size_t at = head.find(line);
+    if (!head.starts_with("HTTP/1.1 101")) return head.substr(9, 3);
+    return at == std::string::npos
+               ? "none"
+               : head.substr(at + line.size(), head.find("\r\n", at) - at - line.size());
+  };
+  EXPECT_EQ(protocol("Sec-WebSocket-Protocol: old.v1\r\n"), "old.v1");
+  EXPECT_EQ(protocol("Sec-WebSocket-Protocol: x, old.v1 , new.v2\r\n"), "new.v2");
+  EXPECT_EQ(protocol("Sec-WebSocket-Protocol: old.v1\r\nSec-WebSocket-Protocol: new.v2\r\n"),
+            "new.v2");
+  EXPECT_EQ(protocol("Sec-WebSocket-Protocol: old.v1x\r\n"), "400");
+  EXPECT_EQ(protocol(""), "400");
+}
+
+TEST_F(HttpStream, APageOfOthersMayUseWhatIsOpenToItAndNothingElse) {
+  serve();
+  const std::string offer = "Sec-WebSocket-Protocol: new.v2\r\n";
+  const auto status = [&](const std::string& path, const std::string& origin) {
+    const Socket s(server_->port());
+    s.send(upgrade(path, offer + "Origin: " + origin + "\r\n"));
+    return s.read_head().substr(9, 3);
+  };
+  EXPECT_EQ(status("/echo", "https://viewer.example"), "101");
+  EXPECT_EQ(status("/echo", "https://viewer.example.evil"), "403");
+  EXPECT_EQ(status("/stream", "https://viewer.example"), "403");
+  EXPECT_TRUE(ask("GET /echo HTTP/1.1\r\nHost: localhost\r\nOrigin: https://viewer.example\r\n\r\n")
+                  .starts_with("HTTP/1.1 403"));
+}
+
+TEST_F(HttpStream, WhoTalksAndIsHeardIsAnsweredAtOnceWhoNeverReadsIsCutOff) {
+  serve({}, 1000);
+  const std::string offer = "Sec-WebSocket-Protocol: new.v2\r\n";
+  {
+    const Socket polite(server_->port());
+    polite.send(upgrade("/echo", offer));
+    ASSERT_TRUE(polite.read_head().starts_with("HTTP/1.1 101"));
+    polite.send(frame("hello"));
+    EXPECT_TRUE(polite.read_message().starts_with("hellox")) << "nobody woke it";
+  }
+  Limits limits;
+  limits.stream_idle = 200ms;
+  serve(limits, 4U << 20U);
+  const Socket rude(server_->port());
+  rude.send(upgrade("/echo", offer));
+  EXPECT_TRUE(eventually([&] {
+    rude.send(frame("more"));
+    return server_->counts().cut_off == 1;
+  }));
 }
 
 }  // namespace

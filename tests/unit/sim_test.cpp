@@ -27,7 +27,25 @@ Scene small_scene(const std::string& name) {
 }
 
 TEST(Scenes, AllShippedOnesAreRead) {
-  for (const char* name : {"rig", "lap", "hall", "carry", "moved"}) small_scene(name);
+  for (const char* name : {"rig", "lap", "hall", "carry", "moved", "demo_round"}) small_scene(name);
+}
+
+TEST(Scenes, WhatRepeatsBeginsAnewWithAllThatHasItsTimes) {
+  Scene scene = small_scene("demo_round");
+  ASSERT_EQ(scene.motion.repeat_s, 90);
+  for (const double t : {0.0, 7.5, 30.0, 89.0}) {
+    EXPECT_EQ(gantry_at(scene.motion, t), gantry_at(scene.motion, t + 180));
+    const auto first = obstacles_at(scene, t), third = obstacles_at(scene, t + 180);
+    ASSERT_EQ(first.size(), third.size());
+    for (std::size_t i = 0; i < first.size(); ++i)
+      EXPECT_EQ(first[i].has_value(), third[i].has_value()) << t << " " << i;
+    EXPECT_EQ(hoist_reading_at(scene, t).hook_height_m,
+              hoist_reading_at(scene, t + 180).hook_height_m);
+  }
+  EXPECT_EQ(gantry_at(scene.motion, 90), scene.motion.points.front()) << "no jump";
+  EXPECT_GT(hoist_reading_at(scene, 98).load_size_m.z(), 0) << "it is carried again";
+  scene.motion.repeat_s = 0;
+  EXPECT_EQ(gantry_at(scene.motion, 500), scene.motion.points.back());
 }
 
 TEST(Scenes, ReportUnknownMaterialAndMissingSize) {
