@@ -7,6 +7,7 @@ import { spawnSync } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
+import axe from "axe-core";
 import { chromium } from "playwright-core";
 import { Crane, eventually } from "./services.mjs";
 
@@ -25,6 +26,22 @@ function listen(page) {
   page.on("console", (m) => m.type() === "error" && complaints.push(m.text()));
   page.on("pageerror", (e) => complaints.push(String(e)));
   page.on("request", (r) => new URL(r.url()).hostname === "127.0.0.1" || complaints.push(`asks ${r.url()}`));
+}
+
+/** What axe finds against WCAG 2.1 A and AA: there must be nothing. */
+async function accessible(page) {
+  const found = await page.evaluate(async (source) => {
+    (0, eval)(source);
+    const { violations } = await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] });
+    return violations.flatMap((v) => v.nodes.map((n) => `${v.id}: ${n.html.slice(0, 160)}: ${n.failureSummary}`));
+  }, axe.source);
+  assert.deepEqual(found, [], page.url());
+}
+
+/** The figure behind a name in a list of facts, metres. */
+async function fact(page, list, name) {
+  const text = await page.locator(`${list} dt`, { hasText: new RegExp(`^${name}$`) }).locator("+ dd").first().textContent();
+  return text.replace(/ m$/, "").replace("at least ", "").split(", ").map((v) => Number.parseFloat(v));
 }
 
 const verdict = (page) => page.getAttribute("#statement", "data-verdict");
@@ -194,6 +211,69 @@ try {
     await page.check("#voxels");
     await eventually("voxels", async () => /^[1-9]\d* voxels/.test((await page.textContent("#voxels-said")).replace(/,/g, "")), 30);
     await shoot("integrator-voxels");
+    await page.goto(`${url}/?theme=light&lang=en`);
+  });
+
+  await step("a section cuts surface and cursor away, and a link says it", async () => {
+    await page.goto(`${url}/integrator.html?theme=light&lang=en`);
+    await page.locator("#latencies td").first().waitFor();
+    await eventually("a surface to cut", async () => Number(await page.getAttribute("#cut-y", "max")) > 1.5, 30);
+    const box = await page.locator("#scene").boundingBox();
+    const read = async () => {
+      await page.mouse.move(box.x + box.width / 2 + 3, box.y + box.height / 2);
+      await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+      return page.textContent("#cursor");
+    };
+    await eventually("a height", async () => /\d m/.test(await read()), 30);
+    await page.locator("#cut-z").fill("0.3");
+    await page.locator("#cut-y").fill("0.8");
+    await shoot("integrator-section");
+    const linked = await page.evaluate(() => location.search);
+    assert.match(linked, /cut_z=0\.30/);
+    assert.match(linked, /cut_y=0\.80/);
+    await page.reload();
+    await eventually("cut as linked", async () => (await page.textContent("#cut-z-at")) === "0.30 m", 10);
+    await page.locator("#cut-y").fill(await page.getAttribute("#cut-y", "max"));
+    assert.equal(await read(), "nothing under the cursor");
+    await page.locator("#cut-y").fill(await page.getAttribute("#cut-y", "min"));
+    assert.equal(await page.textContent("#cut-y-at"), "nothing");
+    await eventually("a height again", async () => /\d m/.test(await read()), 30);
+  });
+
+  await step("two clicks measure what the cursor reads there", async () => {
+    await page.goto(`${url}/integrator.html?theme=dark&lang=en`);
+    await page.locator("#latencies td").first().waitFor();
+    await sleep(1500);
+    await page.keyboard.press("m");
+    const box = await page.locator("#scene").boundingBox();
+    const ends = [];
+    for (const [u, v] of [[0.45, 0.55], [0.58, 0.42]]) {
+      await page.mouse.move(box.x + u * box.width, box.y + v * box.height);
+      await page.mouse.click(box.x + u * box.width, box.y + v * box.height);
+      ends.push([...(await fact(page, "#cursor", "x, y")), ...(await fact(page, "#cursor", "Height"))]);
+    }
+    const told = [];
+    for (const name of ["dx", "dy", "dz", "Distance"]) told.push(...(await fact(page, "#measured", name)));
+    for (let k = 0; k < 3; k++) assert.ok(Math.abs(told[k] - (ends[1][k] - ends[0][k])) < 0.05, `${told} of ${ends}`);
+    assert.ok(Math.abs(told[3] - Math.hypot(told[0], told[1], told[2])) < 0.02, String(told));
+    await shoot("integrator-measured");
+    await page.keyboard.press("Escape");
+    assert.equal(await page.isVisible("#measured-box"), false);
+    return `${told[3]} m`;
+  });
+
+  await step("nothing against WCAG AA: both views, both themes, and on a tablet", async () => {
+    for (const theme of ["light", "dark"])
+      for (const [name, ready] of [["", "#health td"], ["integrator.html", "#latencies td"]])
+        for (const [width, height] of [[1600, 900], [1024, 768], [768, 1024]]) {
+          await page.setViewportSize({ width, height });
+          await page.goto(`${url}/${name}?theme=${theme}&lang=en`);
+          await page.locator(ready).first().waitFor();
+          await sleep(300);
+          await accessible(page);
+          if (width < 1600) await shoot(`${name === "" ? "operator" : "integrator"}-${width}-${theme}`);
+        }
+    await page.setViewportSize({ width: 1600, height: 900 });
     await page.goto(`${url}/?theme=light&lang=en`);
   });
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The integrator's view: the map in 3-D, and what the services measure.
 
-import { Vector2 } from "three";
+import { Vector2, Vector3 } from "three";
 import { byId, facts, make, replace } from "./dom";
-import { pick } from "./pick";
+import { Measure } from "./measure";
+import { pick, type Picked } from "./pick";
 import { View3d } from "./scene";
+import { Section } from "./section";
 import { applySettings, metres, seconds, tenths, texts, whole } from "./settings";
 import type { State } from "./state";
 import { whyMapInvalid } from "./statement";
@@ -41,9 +43,14 @@ for (const file of ["map.bt", "map.ot", "map.pcd", "map.ply", "heights.png", "he
 }
 
 const store = new TileStore();
-const surface = new HeightSurface(store);
-const voxels = new Voxels();
+let view: View3d | null = null;
+const section = new Section(() => {
+  if (view) view.dirty = true;
+});
+const surface = new HeightSurface(store, section.planes);
+const voxels = new Voxels(section.planes);
 let state: State | null = null;
+byId("scene").setAttribute("aria-label", texts.scene);
 
 function open(): View3d | null {
   try {
@@ -55,7 +62,7 @@ function open(): View3d | null {
     return null;
   }
 }
-const view = open();
+view = open();
 
 const stream = new Stream({
   state(next) {
@@ -68,6 +75,9 @@ const stream = new Stream({
   tiles(message) {
     if (store.put(message)) surface.clear();
     surface.changed(message.tiles);
+    const rows = [...store.tiles.values()].map((tile) => tile.y * EDGE * (state?.map.voxel_m ?? 0));
+    if (state && rows.length > 0)
+      section.limits(surface.top_m, Math.min(...rows), Math.max(...rows) + EDGE * state.map.voxel_m);
     if (view && !view.touched) fit();
   },
 });
@@ -134,10 +144,16 @@ function refresh(): void {
 
 // ---------------------------------------------------------------- the cursor
 
+/** The column below a pixel, of what the section leaves. */
+function below(x: number, y: number): Picked | null {
+  if (!view || !state) return null;
+  const { from, way } = view.ray(x, y);
+  return pick(store, state.map.voxel_m, from, way, (p) => section.keeps(p));
+}
+
 function readCursor(x: number, y: number): void {
   if (!view || !state) return;
-  const { from, way } = view.ray(x, y);
-  const picked = pick(store, state.map.voxel_m, from, way);
+  const picked = below(x, y);
   if (!picked) return replace(byId("cursor"), make("p", "hint", texts.cursor_none));
   const { tile, index } = picked;
   const flags = tile.flags[index]!;
@@ -156,6 +172,17 @@ function readCursor(x: number, y: number): void {
 }
 
 const canvas = byId<HTMLCanvasElement>("scene");
+const measure = new Measure(
+  canvas,
+  (x, y) => {
+    const at = below(x, y);
+    return at && new Vector3(at.x, at.y, at.tile.height_m[at.index]!);
+  },
+  () => {
+    if (view) view.dirty = true;
+  },
+);
+view?.scene.add(measure.group);
 canvas.addEventListener("pointermove", (e) => readCursor(e.offsetX, e.offsetY));
 byId<HTMLSelectElement>("colour").onchange = (e) => {
   surface.colourBy = (e.target as HTMLSelectElement).value as ColourBy;

@@ -22,6 +22,7 @@ const ASK_EVERY_MS = 500;
 const SAME_AGAIN_MS = 1000;
 
 applySettings();
+byId("picture").setAttribute("aria-label", texts.picture);
 byId("advisory").textContent = texts.advisory;
 byId("to-integrator").textContent = texts.integrator;
 byId("column-title").textContent = texts.column;

@@ -9,8 +9,8 @@ export interface Picked {
   index: number;
 }
 
-/** The first column whose known surface a ray meets; null: none within `most_m`. */
-export function pick(store: TileStore, voxel: number, from: Vector3, way: Vector3, most_m = 200): Picked | null {
+/** The first column whose known surface a ray meets; null: none within `most_m`. Where not `keeps(p)` it is cut away. */
+export function pick(store: TileStore, voxel: number, from: Vector3, way: Vector3, keeps: (p: Vector3) => boolean = () => true, most_m = 200): Picked | null {
   if (!(voxel > 0)) return null;
   const step = voxel / 3;
   const p = from.clone();
@@ -22,7 +22,7 @@ export function pick(store: TileStore, voxel: number, from: Vector3, way: Vector
     const tile = store.tiles.get(`${Math.floor(cx / EDGE)},${Math.floor(cy / EDGE)}`);
     if (!tile) continue;
     const index = (cy - tile.y * EDGE) * EDGE + (cx - tile.x * EDGE);
-    if (p.z <= tile.height_m[index]!) return { x: (cx + 0.5) * voxel, y: (cy + 0.5) * voxel, tile, index };
+    if (p.z <= tile.height_m[index]! && keeps(p)) return { x: (cx + 0.5) * voxel, y: (cy + 0.5) * voxel, tile, index };
   }
   return null;
 }

@@ -35,10 +35,12 @@ export class View3d {
   /** Throws where there is no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer.localClippingEnabled = true;
     this.scene.background = new Color(dark ? "#1d1f21" : "#d4d6d8");
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => (this.dirty = true));
+    this.controls.listenToKeyEvents(canvas); // arrows move
     this.controls.addEventListener("start", () => (this.touched = true));
     this.scene.add(new AmbientLight("#ffffff", 1.6));
     const sun = new DirectionalLight("#ffffff", 1.8);

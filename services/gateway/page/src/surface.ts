@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Heights as a surface: a level square a column, and walls where the next one is lower. What is unknown has none.
 
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, Mesh, MeshLambertMaterial, SRGBColorSpace } from "three";
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, Mesh, MeshLambertMaterial, SRGBColorSpace, type Plane } from "three";
 import { viridis } from "./colours";
 import { EDGE, type Tile, type TileStore } from "./tiles";
 
@@ -15,10 +15,13 @@ export class Surface {
   colourBy: ColourBy = "height";
   top_m = 0.5;
   private readonly meshes = new Map<string, Mesh>();
-  private readonly material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
+  private readonly material: MeshLambertMaterial;
   private readonly dirty = new Set<string>();
 
-  constructor(private readonly store: TileStore) {}
+  /** `section`: planes that cut. */
+  constructor(private readonly store: TileStore, section: Plane[]) {
+    this.material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, clippingPlanes: section });
+  }
 
   clear(): void {
     for (const mesh of this.meshes.values()) {

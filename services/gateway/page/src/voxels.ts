@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Occupied voxels, as map.ply has them.
 
-import { BoxGeometry, Color, Group, InstancedMesh, Matrix4, MeshLambertMaterial, SRGBColorSpace } from "three";
+import { BoxGeometry, Color, Group, InstancedMesh, Matrix4, MeshLambertMaterial, SRGBColorSpace, type Plane } from "three";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import { viridis } from "./colours";
 
 export class Voxels {
   readonly group = new Group();
+
+  /** `section`: planes that cut. */
+  constructor(private readonly section: Plane[]) {}
 
   /** How many there are. Throws saying why there are none. */
   async fetch(voxel_m: number, top_m: number): Promise<number> {
@@ -16,7 +19,7 @@ export class Voxels {
     this.clear();
     const mesh = new InstancedMesh(
       new BoxGeometry(0.96 * voxel_m, 0.96 * voxel_m, 0.96 * voxel_m),
-      new MeshLambertMaterial(),
+      new MeshLambertMaterial({ clippingPlanes: this.section }),
       points.count,
     );
     const at = new Matrix4();

@@ -135,6 +135,16 @@ export const en = {
   drops: "Not used",
   stage: "stage",
   reset_view: "Reset view",
+  scene: "Map in 3-D: arrow keys move it",
+  picture: "Map from above",
+  cut_z: "Cut above",
+  cut_y: "Cut before y",
+  cut_nothing: "nothing",
+  measure: "Measure (M)",
+  measured: "Measured, from column to column",
+  measure_first: "Click the first point of the surface.",
+  measure_second: "Click the second point.",
+  distance: "Distance",
   no_webgl: "This browser shows no 3-D (WebGL is off).",
 };
 export type Texts = typeof en;
