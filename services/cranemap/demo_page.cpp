@@ -2,12 +2,12 @@
 #include "demo_page.hpp"
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <set>
 
 #include "base/log.hpp"
+#include "base/scratch_folder.hpp"
 #include "base/wakeup.hpp"
 #include "dds/endpoints.hpp"
 #include "dds/service_numbers.hpp"
@@ -24,26 +24,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kUpMs = 20'000;
-
-/// Of the emulated crane: pictures, pseudo-terminals, configuration. Gone with the object.
-class CraneFolder {
- public:
-  CraneFolder() {
-    std::error_code failed;
-    std::string name = fs::temp_directory_path(failed) / "cranemap-demo-XXXXXX";
-    if (!failed && mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  ~CraneFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  CraneFolder(const CraneFolder&) = delete;
-  CraneFolder& operator=(const CraneFolder&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 class DemoPage {
  public:
@@ -127,7 +107,8 @@ class DemoPage {
   }
 
   const DemoPageOptions& options_;
-  CraneFolder folder_;
+  /// Of the emulated crane: pictures, pseudo-terminals, configuration.
+  ScratchFolder folder_{"cranemap-demo-"};
   Wakeup wakeup_;
   std::optional<EmulatedCrane> crane_;
   std::optional<dds::Reader<dds::ServiceStatusTopic>> statuses_;

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "bounds.h"
+#include "dds/hoist_reading.hpp"
 #include "service/client_options.hpp"
 #include "service/run_service.hpp"
 #include "sim/simulate.hpp"
@@ -30,19 +30,10 @@ Result<void> EmulatedHoist::tell() {
   if (double(now - told_) * 1e-9 < 1 / scene_.hoist->rate_hz) return {};
   told_ = now;
   const HoistReading r = hoist_reading_at(scene_, double(now - start_) * 1e-9);
-  v1::HoistState sample;
+  v1::HoistState sample = dds::hoist_state(r);
   sample.crane(crane_);
   sample.sequence_number(++number_);
   sample.time_ns(now);
-  sample.hook_height_m(r.hook_height_m);
-  sample.sling_m(r.sling_m);
-  sample.load_size_x_m(r.load_size_m.x());
-  sample.load_size_y_m(r.load_size_m.y());
-  sample.load_size_z_m(r.load_size_m.z());
-  sample.load_yaw_rad(r.load_yaw_rad);
-  sample.sway_x_m(r.sway_m.x());
-  sample.sway_y_m(r.sway_m.y());
-  sample.status(v1::STATUS_OK);
   return writer_.write(sample);
 }
 

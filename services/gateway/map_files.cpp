@@ -1,40 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/map_files.hpp"
 
-#include <cstdlib>
-#include <filesystem>
-
 #include "base/read_file.hpp"
+#include "base/scratch_folder.hpp"
 #include "cloud/pcl_filters.hpp"
 #include "map_codec/octomap_points.hpp"
 
 namespace crane::gateway {
-namespace {
-
-namespace fs = std::filesystem;
-
-/// A folder of our own below the system's, gone with the object.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::error_code failed;
-    std::string name = fs::temp_directory_path(failed) / "cranemap-gateway-XXXXXX";
-    if (!failed && mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-}  // namespace
-
 Result<std::string> MapFiles::get(const std::string& kind) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock)
@@ -52,7 +24,7 @@ Result<std::string> MapFiles::get(const std::string& kind) {
 }
 
 Result<std::string> MapFiles::make(const std::string& kind) const {
-  const ScratchFolder folder;
+  const ScratchFolder folder("cranemap-gateway-");
   if (folder.path().empty())
     return Error{ErrorCode::kResource, "map." + kind, "no room for it in the temporary folder",
                  "give TMPDIR a folder that can be written"};

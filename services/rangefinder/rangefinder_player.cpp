@@ -8,6 +8,7 @@
 
 #include "base/log.hpp"
 #include "bounds.h"
+#include "dds/hoist_reading.hpp"
 #include "rangefinder_live.hpp"
 #include "recording/recording.hpp"
 #include "service/player.hpp"
@@ -152,19 +153,10 @@ class Player {
   }
 
   void send(const HoistReading& r, TimeNs time) {
-    v1::HoistState sample;
+    v1::HoistState sample = dds::hoist_state(r);
     sample.crane(context_.participant->settings().crane);
     sample.sequence_number(hoist_sequence_++);
     sample.time_ns(time + stamp_offset_);
-    sample.hook_height_m(r.hook_height_m);
-    sample.sling_m(r.sling_m);
-    sample.load_size_x_m(r.load_size_m.x());
-    sample.load_size_y_m(r.load_size_m.y());
-    sample.load_size_z_m(r.load_size_m.z());
-    sample.load_yaw_rad(r.load_yaw_rad);
-    sample.sway_x_m(r.sway_m.x());
-    sample.sway_y_m(r.sway_m.y());
-    sample.status(v1::STATUS_OK);
     ++status().received;
     count(hoist_writer_->write(sample));
   }

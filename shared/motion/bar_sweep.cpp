@@ -251,8 +251,7 @@ std::optional<BarFit> BarSweep::follow(const BarFit& bar, int u0) {
   const int half = std::clamp((bar.v1 - bar.v0 - 1) / 2, 1, 3);
   std::optional<BarFit> out;
   double least = kGoesOn;
-  for (const int slope : {0, -1, 1, -2, 2}) {
-    if (std::abs(slope) > kSlope) continue;
+  for (const int slope : {0, -kSlope, kSlope}) {
     const int v = (bar.v0 + bar.v1 - 1) / 2 + slope;
     const double background = closest(v, half, background_).first;
     const auto [left, inverse_m] = closest(v, half, bar.inverse_m);

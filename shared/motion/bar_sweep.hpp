@@ -20,7 +20,8 @@ struct BarFit {
   double step = 0;                  ///< [1/m] that moves it by a pixel in the farthest view
 };
 
-/// Compares strips of 32 x 7 px with the views that see them from beside. One thread each.
+/// Compares strips of kWidth x kHeight px with the views that see them from beside. One thread
+/// each.
 class BarSweep {
  public:
   /// `nearest_m`: depth of the nearest that is looked for.

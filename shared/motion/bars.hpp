@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
+#include <cstdint>
 #include <span>
-#include <vector>
 
 #include "motion/views.hpp"
 
@@ -25,8 +24,8 @@ class Bars {
  public:
   explicit Bars(int threads) : threads_(threads) {}
 
-  /// `depth_m`, `confidence`: those of `frame`; pixels of depth 0 may get one. At most `most`
-  /// bands; the rest in the next frames.
+  /// `depth_m`, `confidence`: those of `frame`; pixels of depth 0, and amid a bar those
+  /// behind it, may get one. At most `most` bands; the rest in the next frames.
   BarReport look(const DepthFrame& frame, const PlacedImage& image, const ViewSet& set,
                  std::span<float> depth_m, std::span<std::uint8_t> confidence, std::size_t most);
 
